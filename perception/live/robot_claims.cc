@@ -52,7 +52,7 @@ BlockBall BallOf(const DepthCamera& camera, const PixelBounds& block,
   return {.center_C = {x * z, y * z, z}, .radius_m = reach.norm()};
 }
 
-// Calls claim(pixel, u, v, depth, p_L) for each pixel with a return, within the bounds, that may be
+// Calls claim(pixel, p_L) for each pixel with a return, within the bounds, that may be
 // within the margin of the body.
 template <class Claim>
 void ForEachNearPixel(const ClaimFrame& frame, const BodyInView& body, float margin_m,
@@ -83,22 +83,22 @@ void ForEachNearPixel(const ClaimFrame& frame, const BodyInView& body, float mar
           const float depth_m = frame.image->depth_m[pixel];
           if (depth_m == 0) continue;
           const auto steps = static_cast<float>(u - block.u_begin);
-          claim(pixel, u, v, depth_m,
-                Eigen::Vector3f(body.origin_L + depth_m * (first_L + steps * step_L)));
+          claim(pixel, Eigen::Vector3f(body.origin_L + depth_m * (first_L + steps * step_L)));
         }
       }
     }
   }
 }
 
-// True if a known surface is nearer to the point than the body is, beyond what noise and motion
-// call for.
-bool IsBetterExplained(const ClaimFrame& frame, const BodyInView& body, std::size_t pixel, int u,
-                       int v, float depth_m, const Eigen::Vector3f& p_L) {
-  if (!frame.IsExpected(pixel, depth_m) || body.surface->IsWithin(p_L, body.slack_m)) return false;
-  const float along_ray = frame.Point(u, v, 1).norm();
-  const float expected_m = along_ray * std::abs(depth_m - frame.expected.At(pixel));
-  return expected_m <= body.surface->Distance_m(p_L, body.margin_m);
+// The distance of a point from where a known surface is expected along its ray; infinite if that is
+// farther than noise explains.
+float ExpectedDistance_m(const ClaimFrame& frame, std::size_t pixel) {
+  const float depth_m = frame.image->depth_m[pixel];
+  if (!frame.IsExpected(pixel, depth_m)) return kInfinity;
+  const auto width = static_cast<std::size_t>(frame.camera->width);
+  const float along_ray =
+      frame.Point(static_cast<int>(pixel % width), static_cast<int>(pixel / width), 1).norm();
+  return along_ray * std::abs(depth_m - frame.expected.At(pixel));
 }
 
 double CarriedDistance_m(std::span<const BodyInView> carried, const Eigen::Vector3f& p_C) {
@@ -195,37 +195,75 @@ Eigen::Vector3f ClaimFrame::Point(int u, int v, float depth_m) const {
           depth_m * static_cast<float>((v - pinhole.center_v_px) / pinhole.focal_v_px), depth_m};
 }
 
-bool ClaimFrame::IsExpected(std::size_t pixel, float depth_m) const {
-  const float expected_m = expected.At(pixel);
-  if (expected_m == kInfinity) return false;
-  const double sigma_m = std::hypot(noise->AxialSigma_m(depth_m), noise->WarpSigma_m());
-  return std::abs(depth_m - expected_m) <= kGate_sigma * sigma_m;
+DepthTolerance::DepthTolerance(const SensorNoise& noise, float greatest_range_m)
+    : steps_per_m_(kSteps / greatest_range_m) {
+  for (std::size_t step = 0; step < at_steps_m_.size(); ++step) {
+    const double depth_m = static_cast<double>(step + 1) / steps_per_m_;
+    at_steps_m_[step] = static_cast<float>(
+        kGate_sigma * std::hypot(noise.AxialSigma_m(depth_m), noise.WarpSigma_m()));
+  }
 }
 
-void ClaimPixels(const ClaimFrame& frame, const BodyInView& body,
+bool ClaimFrame::IsExpected(std::size_t pixel, float depth_m) const {
+  return std::abs(depth_m - expected.At(pixel)) <= tolerance.At_m(depth_m);
+}
+
+void ClaimPixels(const ClaimFrame& frame, std::span<const BodyInView> bodies,
                  std::span<const BodyInView> carried, std::span<std::uint8_t> pixels) {
-  const bool has_expected = !frame.expected.depth_m.empty();
-  const auto claim = [&](std::size_t pixel, int u, int v, float depth_m,
-                         const Eigen::Vector3f& p_L) {
-    std::uint8_t& of_pixel = pixels[pixel];
-    if (of_pixel == kRobotPixel || (body.is_carried && of_pixel != 0)) return;
-    if (!body.surface->IsWithin(p_L, body.margin_m)) return;
-    if (of_pixel == kCarriedPixel) {
-      const double carried_m = CarriedDistance_m(carried, frame.Point(u, v, depth_m));
-      if (carried_m <= body.surface->Distance_m(p_L, body.margin_m)) return;
-    } else if (has_expected && IsBetterExplained(frame, body, pixel, u, v, depth_m, p_L)) {
-      return;
-    }
-    of_pixel = body.is_carried ? kCarriedPixel : kRobotPixel;
+  const auto is_taken = [&](const BodyInView& body, std::size_t pixel) {
+    return pixels[pixel] == kRobotPixel || (body.is_carried && pixels[pixel] != 0);
   };
-  ForEachNearPixel(frame, body, body.margin_m, body.bounds, claim);
+  const auto claim = [&](const BodyInView& body, std::size_t pixel) {
+    pixels[pixel] = body.is_carried ? kCarriedPixel : kRobotPixel;
+  };
+  // Points beside two links are open for one of them and within the margin of the other, so what is
+  // quick goes first.
+  struct Open {
+    const BodyInView* body;
+    std::size_t pixel;
+    Eigen::Vector3f p_L;
+  };
+  std::vector<Open> open;
+  for (const BodyInView& body : bodies) {
+    const auto judge = [&](std::size_t pixel, const Eigen::Vector3f& p_L) {
+      if (is_taken(body, pixel)) return;
+      const DistanceGrid::Bounds bounds = body.surface->BoundsAt(p_L);
+      const LinkSurface::Proximity quick = LinkSurface::Quick(bounds, body.margin_m);
+      if (quick == LinkSurface::Proximity::kBeyond) return;
+      // A point within noise of the body is the body's, whatever else is known there.
+      const bool is_surely_near = bounds.greatest_m <= body.slack_m;
+      const float expected_m = is_surely_near ? kInfinity : ExpectedDistance_m(frame, pixel);
+      if (bounds.least_m > body.slack_m && expected_m <= bounds.least_m) return;
+      const bool is_contested = pixels[pixel] == kCarriedPixel || expected_m < kInfinity;
+      if (quick == LinkSurface::Proximity::kWithin && !is_contested) {
+        claim(body, pixel);
+      } else {
+        open.push_back({&body, pixel, p_L});
+      }
+    };
+    ForEachNearPixel(frame, body, body.margin_m, body.bounds, judge);
+  }
+  for (const Open& candidate : open) {
+    const BodyInView& body = *candidate.body;
+    if (is_taken(body, candidate.pixel)) continue;
+    const double distance_m = body.surface->Distance_m(candidate.p_L, body.margin_m);
+    if (std::isinf(distance_m)) continue;
+    if (pixels[candidate.pixel] == kCarriedPixel) {
+      const Eigen::Vector3f p_C = body.R_LC.transpose() * (candidate.p_L - body.origin_L);
+      if (CarriedDistance_m(carried, p_C) <= distance_m) continue;
+    } else if (distance_m > body.slack_m &&
+               ExpectedDistance_m(frame, candidate.pixel) <= distance_m) {
+      continue;
+    }
+    claim(body, candidate.pixel);
+  }
 }
 
 void ClaimAsMixed(const ClaimFrame& frame, const BodyInView& body, float margin_m,
                   const PixelBounds& bounds, std::span<std::uint8_t> pixels) {
-  const auto claim = [&](std::size_t pixel, int, int, float depth_m, const Eigen::Vector3f& p_L) {
+  const auto claim = [&](std::size_t pixel, const Eigen::Vector3f& p_L) {
     if (pixels[pixel] != 0 || !body.surface->IsWithin(p_L, margin_m)) return;
-    if (!frame.IsExpected(pixel, depth_m)) pixels[pixel] = kMixedPixelOfRobot;
+    if (!frame.IsExpected(pixel, frame.image->depth_m[pixel])) pixels[pixel] = kMixedPixelOfRobot;
   };
   ForEachNearPixel(frame, body, margin_m, bounds, claim);
 }

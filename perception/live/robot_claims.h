@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -44,7 +46,7 @@ struct BodyInView {
   Eigen::Matrix3f R_LC = Eigen::Matrix3f::Identity();
   Eigen::Vector3f origin_L = Eigen::Vector3f::Zero();  // of the camera
   float margin_m = 0;
-  // The part of the margin that noise and motion call for: a known surface explains nothing nearer.
+  // The part of the margin that noise calls for: no known surface explains better what is nearer.
   float slack_m = 0;
   PixelBounds bounds = {};  // of the points within the margin
 
@@ -70,12 +72,28 @@ class BlockDepths {
   std::vector<Range_m> ranges_;
 };
 
+// How far measured depths are from a surface, by kGate_sigma of the sensor's noise and warp.
+class DepthTolerance {
+ public:
+  DepthTolerance(const SensorNoise& noise, float greatest_range_m);
+
+  float At_m(float depth_m) const {
+    const auto step = static_cast<std::size_t>(depth_m * steps_per_m_);
+    return at_steps_m_[std::min(step, at_steps_m_.size() - 1)];
+  }
+
+ private:
+  static constexpr int kSteps = 256;
+  float steps_per_m_ = 0;
+  std::array<float, kSteps> at_steps_m_ = {};  // at the far end of each step
+};
+
 // A frame whose pixels are to be claimed.
 struct ClaimFrame {
   const DepthCamera* camera = nullptr;
   const DepthImage* image = nullptr;
-  const SensorNoise* noise = nullptr;
   const BlockDepths* blocks = nullptr;
+  DepthTolerance tolerance;
   ExpectedSurfaces expected = {};
 
   Eigen::Vector3f Point(int u, int v, float depth_m) const;
@@ -83,10 +101,10 @@ struct ClaimFrame {
   bool IsExpected(std::size_t pixel, float depth_m) const;
 };
 
-// Claims for the body, in the image of classes, the pixels that have no class yet. Of pixels that a
-// carried body has claimed and a link claims too, the nearer one gets each. `carried` are all
-// carried bodies.
-void ClaimPixels(const ClaimFrame& frame, const BodyInView& body,
+// Claims for the bodies, in the image of classes, the pixels that have no class yet: all are carried
+// or all are links. Of pixels that carried bodies have claimed and a link claims too, the nearer one
+// gets each. `carried` are all carried bodies.
+void ClaimPixels(const ClaimFrame& frame, std::span<const BodyInView> bodies,
                  std::span<const BodyInView> carried, std::span<std::uint8_t> pixels);
 
 // Classes as mixed the pixels without a class within `margin_m` of the body that no known surface

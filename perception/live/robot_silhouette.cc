@@ -6,7 +6,7 @@
 namespace cwm::perception {
 namespace {
 
-constexpr int kFarFromOutline = std::numeric_limits<std::int16_t>::max();
+constexpr std::int16_t kFarFromOutline = std::numeric_limits<std::int16_t>::max();
 
 // Twice the signed area of (a, b, p) on the image, whose v points down.
 float EdgeFunction(const Eigen::Vector3f& a, const Eigen::Vector3f& b, float u, float v) {
@@ -122,29 +122,33 @@ void RobotSilhouette::DrawTriangle(const Eigen::Vector3f& a, const Eigen::Vector
 }
 
 std::vector<std::int16_t> RobotSilhouette::CellsToOutline() const {
+  // A border of cells that are far from any outline spares tests of the image's edge.
+  const int stride = columns_ + 2;
+  std::vector<std::int16_t> padded(static_cast<std::size_t>(stride) * (rows_ + 2), kFarFromOutline);
   std::vector<std::int16_t> cells(near_m_.size());
-  const auto at = [&](int column, int row) {
-    const bool is_outside = column < 0 || row < 0 || column >= columns_ || row >= rows_;
-    return is_outside ? kFarFromOutline
-                      : static_cast<int>(cells[static_cast<std::size_t>(row) * columns_ + column]);
+  const auto least_of = [](std::int16_t a, std::int16_t b, std::int16_t c, std::int16_t d) {
+    return std::min(std::min(a, b), std::min(c, d));
   };
   // Two passes over the neighbours before and after a cell are exact for this distance (Rosenfeld
   // and Pfaltz 1966).
   for (int row = 0; row < rows_; ++row) {
-    for (int column = 0; column < columns_; ++column) {
-      const std::size_t cell = static_cast<std::size_t>(row) * columns_ + column;
-      const int least = std::min({at(column - 1, row), at(column - 1, row - 1), at(column, row - 1),
-                                  at(column + 1, row - 1), kFarFromOutline - 1});
-      cells[cell] = static_cast<std::int16_t>(body_[cell] < 0 ? 0 : least + 1);
+    std::int16_t* at = padded.data() + static_cast<std::size_t>(row + 1) * stride + 1;
+    const std::int16_t* drawn = body_.data() + static_cast<std::size_t>(row) * columns_;
+    for (int i = 0; i < columns_; ++i) {
+      const std::int16_t least =
+          least_of(at[i - 1], at[i - 1 - stride], at[i - stride], at[i + 1 - stride]);
+      at[i] =
+          static_cast<std::int16_t>(drawn[i] < 0 ? 0 : std::min<int>(least + 1, kFarFromOutline));
     }
   }
   for (int row = rows_ - 1; row >= 0; --row) {
-    for (int column = columns_ - 1; column >= 0; --column) {
-      const std::size_t cell = static_cast<std::size_t>(row) * columns_ + column;
-      const int least = std::min({at(column + 1, row), at(column + 1, row + 1), at(column, row + 1),
-                                  at(column - 1, row + 1), kFarFromOutline - 1});
-      cells[cell] = static_cast<std::int16_t>(std::min<int>(cells[cell], least + 1));
+    std::int16_t* at = padded.data() + static_cast<std::size_t>(row + 1) * stride + 1;
+    for (int i = columns_ - 1; i >= 0; --i) {
+      const std::int16_t least =
+          least_of(at[i + 1], at[i + 1 + stride], at[i + stride], at[i - 1 + stride]);
+      at[i] = static_cast<std::int16_t>(std::min<int>(at[i], least + 1));
     }
+    std::copy(at, at + columns_, cells.data() + static_cast<std::size_t>(row) * columns_);
   }
   return cells;
 }

@@ -9,9 +9,6 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: the grid reaches this far beyond the surface, more than margins of slow robots; points
-// beyond cost a search in the tree if a margin is larger.
-constexpr double kGridReach_m = 0.06;
 // chosen: smaller cells hardly leave fewer points undecided, since margins are 20 mm and more.
 constexpr double kMinCell_m = 0.004;
 // chosen: an object that is carried is prepared between two frames.
@@ -22,8 +19,8 @@ int CellsAlong(double length_m, double cell_m) {
 }
 
 DistanceGrid GridAround(const Aabb& bounds_L, int max_cells) {
-  const Vector3 least = bounds_L.min().array() - kGridReach_m;
-  const Vector3 size_m = bounds_L.sizes().array() + 2 * kGridReach_m;
+  const Vector3 least = bounds_L.min();
+  const Vector3 size_m = bounds_L.sizes();
   double cell_m = std::max(kMinCell_m, std::cbrt(size_m.prod() / max_cells));
   const auto cells = [&] {
     return static_cast<double>(CellsAlong(size_m.x(), cell_m)) * CellsAlong(size_m.y(), cell_m) *
@@ -33,6 +30,7 @@ DistanceGrid GridAround(const Aabb& bounds_L, int max_cells) {
   DistanceGrid grid;
   grid.origin_L = least.cast<float>();
   grid.cell_m = static_cast<float>(cell_m);
+  grid.cells_per_m = 1 / grid.cell_m;
   for (int axis = 0; axis < 3; ++axis) {
     grid.size[static_cast<std::size_t>(axis)] = CellsAlong(size_m[axis], cell_m);
   }
@@ -40,16 +38,6 @@ DistanceGrid GridAround(const Aabb& bounds_L, int max_cells) {
 }
 
 }  // namespace
-
-float DistanceGrid::At(const Eigen::Vector3f& p_L) const {
-  const Eigen::Vector3f cell = (p_L - origin_L) / cell_m;
-  if (!(cell.x() >= 0 && cell.y() >= 0 && cell.z() >= 0 && cell.x() < size[0] &&
-        cell.y() < size[1] && cell.z() < size[2])) {
-    return std::numeric_limits<float>::quiet_NaN();
-  }
-  const std::size_t row = static_cast<std::size_t>(cell.z()) * size[1] + static_cast<int>(cell.y());
-  return distance_m[row * size[0] + static_cast<int>(cell.x())];
-}
 
 LinkSurface::LinkSurface(std::span<const Placed<>> parts, int max_cells) {
   for (const Placed<>& part : parts) {
@@ -77,7 +65,8 @@ void LinkSurface::Add(const TriangleMesh& mesh, const Pose& X_LS, bool is_solid)
 }
 
 void LinkSurface::FillGrid(int max_cells) {
-  grid_ = GridAround(bounds_L_, max_cells);
+  const Vector3 reach_m = Vector3::Constant(kGridReach_m);
+  grid_ = GridAround({bounds_L_.min() - reach_m, bounds_L_.max() + reach_m}, max_cells);
   grid_.distance_m.reserve(static_cast<std::size_t>(grid_.size[0]) * grid_.size[1] * grid_.size[2]);
   // A cell is one step from the cell before it, which bounds its distance; and no surface lies
   // between them if that cell is farther from the surface than the step.
@@ -116,18 +105,16 @@ double LinkSurface::SurfaceDistance_m(const Vector3& p_L, double max_distance_m)
 }
 
 bool LinkSurface::IsWithin(const Eigen::Vector3f& p_L, float margin_m) const {
-  const float cell_m = grid_.At(p_L);
-  if (cell_m + grid_.radius_m() <= margin_m) return true;
-  if (cell_m - grid_.radius_m() > margin_m) return false;
-  if (std::isnan(cell_m) && (empty() || margin_m <= kGridReach_m)) return false;
-  return std::isfinite(Distance_m(p_L, margin_m));
+  const Proximity quick = Quick(BoundsAt(p_L), margin_m);
+  if (quick != Proximity::kOpen) return quick == Proximity::kWithin;
+  return !empty() && std::isfinite(Distance_m(p_L, margin_m));
 }
 
 bool LinkSurface::MayBeWithin(const Eigen::Vector3f& center_L, float radius_m,
                               float margin_m) const {
   const float reach_m = radius_m + margin_m;
-  const float cell_m = grid_.At(center_L);
-  if (!std::isnan(cell_m)) return cell_m - grid_.radius_m() <= reach_m;
+  const DistanceGrid::Bounds bounds = grid_.At(center_L);
+  if (!std::isnan(bounds.least_m)) return bounds.least_m <= reach_m;
   if (empty()) return false;
   return bounds_L_.squaredExteriorDistance(center_L.cast<double>()) <=
          static_cast<double>(reach_m) * reach_m;

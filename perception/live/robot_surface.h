@@ -4,7 +4,9 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -20,12 +22,31 @@ namespace cwm::perception {
 struct DistanceGrid {
   Eigen::Vector3f origin_L = Eigen::Vector3f::Zero();  // the least corner of the first cell
   float cell_m = 0;
-  std::array<int, 3> size = {};                        // cells along x, y, z; x is the fastest
-  std::vector<float> distance_m = {};                  // negative inside
-  float radius_m() const { return 0.8661F * cell_m; }  // centre to corner, rounded up
+  float cells_per_m = 0;
+  std::array<int, 3> size = {};        // cells along x, y, z; x is the fastest
+  std::vector<float> distance_m = {};  // negative inside
 
-  // The value of the cell that holds p; NaN outside of the grid.
-  float At(const Eigen::Vector3f& p_L) const;
+  // Bounds of the distance at p; NaN outside of the grid.
+  struct Bounds {
+    float least_m = std::numeric_limits<float>::quiet_NaN();
+    float greatest_m = std::numeric_limits<float>::quiet_NaN();
+  };
+  Bounds At(const Eigen::Vector3f& p_L) const {
+    const Eigen::Vector3f cell = cells_per_m * (p_L - origin_L);
+    if (!(cell.x() >= 0 && cell.y() >= 0 && cell.z() >= 0 &&
+          cell.x() < static_cast<float>(size[0]) && cell.y() < static_cast<float>(size[1]) &&
+          cell.z() < static_cast<float>(size[2]))) {
+      return {};
+    }
+    const Eigen::Array3i index = cell.cast<int>();
+    const std::size_t row = static_cast<std::size_t>(index.z()) * size[1] + index.y();
+    const float at_center_m = distance_m[row * size[0] + index.x()];
+    // A little more than the distance from the centre, for rounding.
+    const float shift_m =
+        1.001F * cell_m *
+        (cell - index.matrix().cast<float>() - Eigen::Vector3f::Constant(0.5F)).norm();
+    return {at_center_m - shift_m, at_center_m + shift_m};
+  }
 };
 
 // The surface of one rigid body in its own frame L. Immutable. Round shapes are approximated within
@@ -50,7 +71,17 @@ class LinkSurface {
   const std::vector<Eigen::Vector3f>& vertices_L() const { return vertices_L_; }
   const std::vector<Triangle>& triangles() const { return triangles_; }
 
-  // True if p is in a solid, or at most `margin_m` (not negative) from the surface.
+  // Bounds of the signed distance, some nanoseconds; NaN farther away than any margin of the grid.
+  DistanceGrid::Bounds BoundsAt(const Eigen::Vector3f& p_L) const { return grid_.At(p_L); }
+  // A point is within a margin (not negative) if it is in a solid or at most that far from the
+  // surface. Quick() tells what such bounds say, which may leave it open; IsWithin() decides.
+  enum class Proximity : std::uint8_t { kWithin, kBeyond, kOpen };
+  static Proximity Quick(const DistanceGrid::Bounds& bounds, float margin_m) {
+    if (bounds.greatest_m <= margin_m) return Proximity::kWithin;
+    if (bounds.least_m > margin_m) return Proximity::kBeyond;
+    return std::isnan(bounds.least_m) && margin_m <= kGridReach_m ? Proximity::kBeyond
+                                                                  : Proximity::kOpen;
+  }
   bool IsWithin(const Eigen::Vector3f& p_L, float margin_m) const;
   // False only if no point of the ball is within the margin. Fast.
   bool MayBeWithin(const Eigen::Vector3f& center_L, float radius_m, float margin_m) const;
@@ -58,6 +89,9 @@ class LinkSurface {
   double Distance_m(const Eigen::Vector3f& p_L, double max_distance_m) const;
 
  private:
+  // chosen: the grid reaches this far beyond the surface, more than margins of slow robots; points
+  // beyond cost a search in the tree if a margin is larger.
+  static constexpr double kGridReach_m = 0.06;
   struct Part {
     collision::TriangleTree tree;
     bool is_solid = false;
@@ -72,7 +106,7 @@ class LinkSurface {
   std::vector<Triangle> triangles_;
   Aabb bounds_L_;
   double deviation_m_ = 0;
-  DistanceGrid grid_;
+  DistanceGrid grid_;  // around bounds_L_ and kGridReach_m more
 };
 
 // The surface of an object's model, in the object's frame: all its shapes, surfaces and handles.

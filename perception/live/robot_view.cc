@@ -106,6 +106,9 @@ struct RobotView::Scratch {
   std::span<const BodyInView> CarriedBodies() const {
     return std::span(bodies).first(carried_count);
   }
+  std::span<const BodyInView> LinkBodies() const {
+    return std::span(bodies).subspan(carried_count);
+  }
   void KeepSurfaces(std::span<const CarriedAtStamp> now);
   void AddBody(const LinkSurface& surface, int link, const LinkAtStamp& pose, bool is_carried,
                const RobotFrame& frame, double late_s, const RobotMargins& margins);
@@ -149,8 +152,9 @@ void RobotView::Scratch::AddBody(const LinkSurface& surface, int link, const Lin
       kGate_sigma * std::hypot(frame.noise.AxialSigma_m(farthest_m), frame.noise.WarpSigma_m());
   const double motion_m = RelativeSpeed_m_s(surface.bounds_L(), pose.X_WL, pose.V_WL, frame) *
                           (margins.clock_s + late_s + 0.5 * margins.exposure_s);
-  const double slack_m = noise_m + motion_m + surface.deviation_m();
-  const double margin_m = slack_m + (is_carried ? margins.carried_m : margins.calibration_m);
+  const double slack_m = noise_m + surface.deviation_m();
+  const double margin_m =
+      slack_m + motion_m + (is_carried ? margins.carried_m : margins.calibration_m);
   body.slack_m = static_cast<float>(slack_m);
   body.margin_m = static_cast<float>(margin_m);
   body.bounds = ProjectBox(Padded(surface.bounds_L(), margin_m), body.X_CL, camera,
@@ -336,8 +340,8 @@ RobotSighting RobotView::Mask(const RobotFrame& frame, const RobotAtStamp& robot
   for (const CarriedAtStamp& item : carried) scratch.carried_ids.push_back(item.body->id);
   ClaimFrame claims{.camera = &camera,
                     .image = frame.image,
-                    .noise = &frame.noise,
                     .blocks = &scratch.blocks,
+                    .tolerance = DepthTolerance(frame.noise, camera.greatest_range_m),
                     .expected = {frame.expected_m, frame.expected_body, scratch.carried_ids}};
   if (robot.source == StateSource::kMissing) {
     sighting.fault = RobotStateFault::kMissing;
@@ -364,9 +368,8 @@ RobotSighting RobotView::Mask(const RobotFrame& frame, const RobotAtStamp& robot
 
   scratch.blocks.Compute(*frame.image, bounds);
   sighting.mask.pixels.assign(camera.pixel_count(), 0);
-  for (const BodyInView& body : scratch.bodies) {
-    ClaimPixels(claims, body, scratch.CarriedBodies(), sighting.mask.pixels);
-  }
+  ClaimPixels(claims, scratch.CarriedBodies(), scratch.CarriedBodies(), sighting.mask.pixels);
+  ClaimPixels(claims, scratch.LinkBodies(), scratch.CarriedBodies(), sighting.mask.pixels);
   scratch.silhouette.Reset(camera);
   for (std::size_t i = 0; i < scratch.bodies.size(); ++i) {
     scratch.silhouette.Draw(*scratch.bodies[i].surface, scratch.bodies[i].X_CL,
