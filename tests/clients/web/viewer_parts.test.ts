@@ -18,7 +18,7 @@ function objectOf(shapes: ShapeOneOf[], more: Partial<WorldObject> = {}): WorldO
   return { name: "thing", uid: "thing@1", kind: "OBJECT_KIND_OBJECT", owner: "OWNER_PERCEPTION", state: "OBJECT_STATE_CONFIRMED",
            shapes: shapes.map((shape) => ({ ...shape, role: "PART_ROLE_FITTED", coefficients: [] })), surfaces: [], handles: [],
            supported_by: "", point_count: "0", create_revision: "1", geometry_revision: "1", pose_revision: "1", margin_m: 0,
-           attached_to: "", ...more };
+           attached_to: "", motion: "MOTION_UNSPECIFIED", visibility: "VISIBILITY_UNSPECIFIED", carried_by: "", ...more };
 }
 
 const sizes = (part: Part | undefined): number[] =>

@@ -1,7 +1,7 @@
 // Converts messages of cwm.v1 between bytes and protobuf JSON; used only by the worker.
 import { create, fromBinary, fromJson, toBinary, toJson, type DescMessage, type JsonValue } from "@bufbuild/protobuf";
 import { BadRequestSchema, ErrorInfoSchema, StatusSchema } from "../../generated/cwm/v1/error_details_pb";
-import { PerceptionService } from "../../generated/cwm/v1/perception_pb";
+import { PerceptionService, WatchFramesResponseSchema } from "../../generated/cwm/v1/perception_pb";
 import { QueryService } from "../../generated/cwm/v1/query_pb";
 import { RobotService } from "../../generated/cwm/v1/robot_pb";
 import { ViewerRequestSchema, ViewerResponseSchema, type ViewerCallEnd, type ViewerResponse }
@@ -37,9 +37,25 @@ export function cancelBytes(call_id: number): Uint8Array<ArrayBuffer> {
 export const responseOf = (bytes: Uint8Array): ViewerResponse => fromBinary(ViewerResponseSchema, bytes);
 
 // Field names as in the .proto, and every field that is not a message or optional there.
-export function messageOf(method: Method, bytes: Uint8Array): Json {
+const jsonOptions = { useProtoFieldName: true, alwaysEmitImplicit: true };
+
+// A message for the page, and the buffers that go with it.
+export interface DecodedMessage { message: Json; buffers: ArrayBuffer[]; }
+
+export function messageOf(method: Method, bytes: Uint8Array): DecodedMessage {
+  if (method === "PerceptionService/WatchFrames") return pointsOf(bytes);
   const { output } = shapeOf(method);
-  return toJson(output, fromBinary(output, bytes), { useProtoFieldName: true, alwaysEmitImplicit: true }) as Json;
+  return { message: toJson(output, fromBinary(output, bytes), jsonOptions) as Json, buffers: [] };
+}
+
+// Points stay bytes, in the buffer that came from the socket: as text they would be read twice.
+function pointsOf(bytes: Uint8Array): DecodedMessage {
+  const decoded = fromBinary(WatchFramesResponseSchema, bytes);
+  const { points, classes } = decoded;
+  decoded.points = decoded.classes = new Uint8Array();
+  const buffers = new Set([points.buffer, classes.buffer] as ArrayBuffer[]);
+  return { message: { ...(toJson(WatchFramesResponseSchema, decoded, jsonOptions) as Json), points, classes },
+           buffers: [...buffers].filter(({ byteLength }) => byteLength > 0) };
 }
 
 const codeNames = [

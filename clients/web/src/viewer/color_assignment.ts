@@ -2,6 +2,7 @@
 import { Vector3 } from "three";
 import { objectColors, repeated, residualColors, supportColors } from "../scene/palette";
 import { shortName, type WorldObject } from "../world/types";
+import { nearerColor } from "./pixel_classes";
 
 // Users' objects have a colour of their own, apart from all perceived ones.
 export const unseenColor = "#8d86a8";
@@ -40,6 +41,7 @@ export class ColorAssignment {
 
   private choose(kind: string, place: Vector3): string {
     if (kind === "unseen") return unseenColor;
+    if (kind === "mover") return nearerColor;
     if (kind === "support") return repeated(supportColors, this.next(kind));
     if (kind === "residual") return repeated(residualColors, this.next(kind));
     return this.farthest(place);

@@ -2,14 +2,16 @@
 import type { PairRule, PlacedLink, Robot, RobotLinks, Scan, WatchWorldResponse, World } from "../world/stream";
 import type { WorldObject } from "../world/types";
 import { CallFailure, type RpcClient } from "./rpc_client";
-import { backOff_ms, notFound, unavailable, type CallError, type Json } from "./messages";
+import { backOff_ms, notFound, unavailable, unimplemented, type CallError, type Json } from "./messages";
 import { CoalescedTask, withRetries } from "./retry";
 import { rulesByPair, WorldModel, type WorldState } from "./world_model";
 
 // A missing world may be created at any time, and so may further worlds.
 const retryPeriod_ms = 1000;
 
-const unimplemented = 12;  // from a server without robots or scans
+// chosen: while running sensors make 30 revisions a second, the scans are listed less often, which are
+// far rarer.
+const scanPeriod_ms = 300;
 
 // For lists in pages.
 const pageSize = 1000;
@@ -18,7 +20,8 @@ export interface RobotModel { robot: Robot; links: readonly PlacedLink[]; }
 
 export interface FeedListener {
   worlds: (worlds: readonly World[]) => void;
-  state: (state: WorldState) => void;       // the newest
+  watching: (world: string) => void;        // its watch begins
+  state: (state: WorldState, received_ms: number) => void;  // the newest, and when it came by now_ms()
   observed: (objects: readonly string[]) => void;  // their last_observed changed
   robots: (robots: ReadonlyMap<string, RobotModel>) => void;
   scans: (scans: readonly Scan[]) => void;
@@ -36,7 +39,7 @@ export class Feed {
   private shapes = new Map<string, readonly PlacedLink[]>();  // by the uids of the world and the robot
   private placed = new Map<string, RobotModel>();
   private readonly robots = new CoalescedTask(() => this.placeRobots());
-  private readonly scans = new CoalescedTask(() => this.listScans());
+  private readonly scans = new CoalescedTask(() => this.listScans(), scanPeriod_ms);
 
   constructor(private readonly client: RpcClient, private readonly listener: FeedListener) {}
 
@@ -134,10 +137,11 @@ export class Feed {
 
   private watch(world: string): void {
     this.stop();
+    this.listener.watching(world);
     this.model.restart();
     this.cancel = this.client.stream<WatchWorldResponse>("WorldService/WatchWorld",
       { world, mode: "WATCH_MODE_COALESCED", view: "OBJECT_VIEW_FULL" }, {
-        message: (response) => {
+        message: (response, received_ms) => {
           this.failures = 0;
           const isChanged = this.model.apply(response);
           const observed = Object.keys(response.bookmark?.last_observed ?? {});
@@ -146,7 +150,7 @@ export class Feed {
             this.listener.observed(observed);
           }
           if (!isChanged) return;
-          this.listener.state(this.model.state);
+          this.listener.state(this.model.state, received_ms);
           this.robots.request();
           this.scans.request();
         },

@@ -4,6 +4,7 @@ export type Json = Record<string, unknown>;
 export type Method =
   | "WorldService/ListWorlds" | "WorldService/GetWorld" | "WorldService/ListObjects" | "WorldService/WatchWorld"
   | "RobotService/ListRobots" | "RobotService/GetRobotLinks" | "PerceptionService/ListScans"
+  | "PerceptionService/ListSensors" | "PerceptionService/WatchFrames"
   | "RobotService/GetLinkPoses" | "QueryService/CheckCollisions" | "QueryService/CheckMotions" | "QueryService/GetDistances"
   | "QueryService/GetContacts" | "QueryService/CastRays" | "QueryService/SamplePoints";
 
@@ -23,18 +24,25 @@ export type ConnectionState =
   | { is: "waiting"; why: string }   // to try again
   | { is: "refused"; why: string };  // for good
 
+// Of a paced call the page gets a message, and the next one when it asks for it: the newest by then.
 export type ToWorker =
-  | { what: "begin"; id: number; method: Method; request: Json }
+  | { what: "begin"; id: number; method: Method; request: Json; isPaced: boolean }
+  | { what: "next"; id: number }
   | { what: "cancel"; id: number };
 
+// `received_ms`: when the socket delivered the message, in the clock of `now_ms`.
 export type FromWorker =
   | { what: "state"; state: ConnectionState }
-  | { what: "message"; id: number; message: Json }
+  | { what: "message"; id: number; message: Json; received_ms: number }
   | { what: "end"; id: number; error?: CallError };
+
+// Milliseconds since 1970, finer than Date.now(), and the same in the page and in its worker.
+export const now_ms = (): number => performance.timeOrigin + performance.now();
 
 export const unavailable = 14;
 export const notFound = 5;
 export const resourceExhausted = 8;
+export const unimplemented = 12;  // by an older server
 
 // The delay before the n-th attempt in a row, n from 0: short after a restart, never more than a
 // few seconds.

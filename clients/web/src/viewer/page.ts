@@ -6,10 +6,11 @@ import { ghostRequest, ghostsOf, type RobotGhosts } from "./robot_ghosts";
 import { Picture } from "./draw/picture";
 import { Feed, type RobotModel } from "./feed";
 import { GraspController } from "./grasp_controller";
+import { SensorController } from "./sensor_controller";
 import { publish } from "./hooks";
 import { CallFailure, type RpcClient } from "./rpc_client";
 import type { ConnectionState } from "./messages";
-import { LatestRequest } from "./retry";
+import { CoalescedTask, LatestRequest } from "./retry";
 import { Details } from "./panels/details";
 import { helpDialog } from "./panels/help";
 import { QueryPanel } from "./panels/query_panel";
@@ -26,6 +27,9 @@ interface Snapshot { state: WorldState; robots: ReadonlyMap<string, RobotModel>;
 const pointSizes_px = [1, 2, 3, 5];
 const noticeTime_ms = 6000;
 
+// chosen: how often the oldest kept revision is asked for, while running sensors make 30 a second.
+const rangePeriod_ms = 500;
+
 // Below the panels at the bottom of the picture, as in style.css.
 const bottomGap_px = 14;
 
@@ -33,6 +37,7 @@ export class Page {
   private readonly sceneObjects = new SceneObjectList();
   private readonly picture = new Picture((name) => this.sceneObjects.byName.get(name)?.color, (why) => this.notice(why));
   private readonly grasps = new GraspController(this.picture, (object) => this.select(this.sceneObjects.byName.has(object) ? object : undefined));
+  private readonly sensors: SensorController;
   private readonly theme = new ThemeSwitch(() => this.showTheme());
   private readonly feed: Feed;
   private readonly toolbar: Toolbar;
@@ -70,11 +75,12 @@ export class Page {
       evaluate: (query) => void this.evaluate(query), clear: () => this.dropQuery(), select: (name) => this.select(name) });
     this.timeline = new Timeline({ go: (revision) => void this.go(revision), live: () => this.goLive() });
     this.toolbar = new Toolbar((world) => this.choose(world), () => { this.feed.refreshWorlds().catch(() => undefined); });
+    this.sensors = new SensorController(client, this.picture, () => this.showClouds(), (why) => this.notice(why));
     this.addTools();
     this.layOut(body);
     this.client.onState = (state) => this.onConnection(state);
     this.feed = new Feed(this.client, {
-      worlds: (worlds) => this.showWorlds(worlds), state: (state) => this.onState(state), robots: (robots) => this.onRobots(robots),
+      worlds: (worlds) => this.showWorlds(worlds), watching: (world) => this.sensors.follow(world), state: (state, received_ms) => this.onState(state, received_ms), robots: (robots) => this.onRobots(robots),
       observed: (names) => this.onObserved(names), scans: (scans) => this.onScans(scans), missing: (world) => this.onMissing(world),
       failed: ({ name, message }) => this.notice(`${name}: ${message}`) });
     this.feed.world = new URLSearchParams(window.location.search).get("world") || undefined;
@@ -87,7 +93,7 @@ export class Page {
   private get seen(): Snapshot { return this.past ?? this.live; }
 
   private layOut(body: HTMLElement): void {
-    const left = element("aside", "side left", this.tree.root, this.grasps.panel.root, this.grasps.opener.input);
+    const left = element("aside", "side left", this.tree.root, this.sensors.panel.root, this.grasps.panel.root, this.grasps.opener.input);
     left.setAttribute("aria-label", "Objects");
     const right = element("aside", "side right", this.details.root);
     const menu = element("button", "menu", "\u2630");
@@ -117,8 +123,7 @@ export class Page {
     } });
     toolbar.addSwitch({ key: "p", title: "Points of the newest scans", label: "Scan", isOn: true, turn: (isOn) => {
       this.scanIsWanted = isOn;
-      picture.clouds.root.visible = isOn && !this.past;
-      picture.refresh();
+      this.showClouds();
     } });
     toolbar.addSwitch({ key: "m", title: "Shapes, surfaces and handles", label: "Model", isOn: true, turn: (isOn) => {
       picture.hideLayers(new Set(isOn ? [] : ["shapes", "surfaces", "handles"] as const));
@@ -146,15 +151,20 @@ export class Page {
   private onConnection(state: ConnectionState): void {
     this.toolbar.showConnection(state);
     if (state.is === "open") this.feed.opened();
-    else if (state.is === "waiting") this.feed.lost();
-    else if (state.is === "refused") {
-      this.feed.lost();
+    else if (state.is !== "connecting") this.lost();
+    if (state.is === "refused") {
       this.notice(`The server refuses this page. ${state.why}`, Infinity);
     }
   }
 
-  private onState(state: WorldState): void {
+  private lost(): void {
+    this.feed.lost();
+    this.sensors.follow(undefined);
+  }
+
+  private onState(state: WorldState, received_ms: number): void {
     const isOther = state.world_uid !== this.live.state.world_uid;
+    this.sensors.stateReceived(received_ms);
     this.live = { ...this.live, state };
     this.missing = undefined;
     ++this.updates;
@@ -177,12 +187,19 @@ export class Page {
     if (!this.past) this.show();
   }
 
+  // Live points take the place of the scans that were interpreted; neither belongs to the past.
+  private showClouds(): void {
+    this.picture.clouds.root.visible = this.scanIsWanted && !this.past && !this.sensors.areShown;
+    this.picture.refresh();
+  }
+
   private onScans(scans: readonly Scan[]): void {
     this.picture.setScans(scans);  // hidden while the past is displayed
   }
 
   private onMissing(world: string): void {
     this.missing = world;
+    this.sensors.follow(undefined);
     this.picture.stage.begin();
     if (this.live.state.objects.size > 0 || this.live.robots.size > 0) {
       this.live = { state: emptyWorld, robots: new Map() };
@@ -277,15 +294,19 @@ export class Page {
     this.picture.frame(this.selected === undefined || view !== undefined ? undefined : [this.selected], view);
   }
 
-  private rangeIsRequested = false;
+  private readonly range = new CoalescedTask(() => this.readRange(), rangePeriod_ms);
   private showRange(): void {
-    const newest = Number(this.live.state.revision);
-    if (this.rangeIsRequested) return;
-    this.rangeIsRequested = true;
-    this.feed.oldestRevision().catch(() => newest).then((oldest) => {
-      this.rangeIsRequested = false;
-      this.timeline.setRange(oldest, Number(this.live.state.revision));
-    });
+    this.timeline.setNewest(Number(this.live.state.revision));
+    this.range.request();
+  }
+
+  private async readRange(): Promise<void> {
+    try {
+      this.timeline.setOldest(await this.feed.oldestRevision());
+    } catch (error) {
+      if (!(error instanceof CallFailure)) throw error;
+      this.timeline.setOldest(Number(this.live.state.revision));
+    }
   }
 
   // Goes to the revision requested last, one at a time.
@@ -300,7 +321,8 @@ export class Page {
         if (!seen) continue;
         if (this.wantedRevision === undefined || seen.state.world_uid !== this.live.state.world_uid) break;
         this.past = seen;
-        this.picture.clouds.root.visible = false;  // the scans of that time are no longer kept
+        this.sensors.showPast(true);
+        this.showClouds();  // none: the scans of that time are no longer kept
         this.show();
       }
     } catch (error) {
@@ -327,7 +349,8 @@ export class Page {
     this.wantedRevision = undefined;
     if (!this.past) return;
     this.past = undefined;
-    this.picture.clouds.root.visible = this.scanIsWanted;
+    this.sensors.showPast(false);
+    this.showClouds();
     this.show();
   }
 
@@ -396,6 +419,7 @@ export class Page {
     if (this.firstPicture_ms === 0 && this.updates > 0) this.firstPicture_ms = performance.now();
     if (!this.isDrawnUpToDate && figures.frames > 0) this.lastUpdate_ms = Date.now();
     this.isDrawnUpToDate = true;
+    this.sensors.drawn();
   }
 
   private facts(): Record<string, unknown> {
@@ -403,12 +427,13 @@ export class Page {
     return { world: this.feed.world ?? "", world_uid: state.world_uid, revision: state.revision, updates: this.updates,
              first_picture_ms: this.firstPicture_ms, last_update_ms: this.lastUpdate_ms,
              cloud_points: this.picture.clouds.pointCount, is_live: this.past === undefined,
-             selected: this.selected ?? "", theme: this.theme.now, ...this.grasps.facts() };
+             selected: this.selected ?? "", theme: this.theme.now, ...this.grasps.facts(),
+             ...this.sensors.facts() };
   }
 
   private changePointSize(): void {
     this.pointSize = (this.pointSize + 1) % pointSizes_px.length;
-    this.picture.clouds.setSize(pointSizes_px[this.pointSize] ?? 2);
+    for (const cloud of [this.picture.clouds, this.picture.livePoints]) cloud.setSize(pointSizes_px[this.pointSize] ?? 2);
     this.picture.refresh();
   }
 
@@ -430,7 +455,7 @@ export class Page {
     const keys: Record<string, () => void> = {
       f: () => this.frame(), "/": () => this.tree.search.focus(), q: () => this.queryPanel.input.focus(), l: () => this.timeline.goLive(),
       t: () => this.theme.toggle(), g: () => void this.save(), o: () => this.grasps.opener.openDialog(),
-      "?": () => this.help.showModal(), s: () => this.changePointSize(),
+      "?": () => this.help.showModal(), s: () => this.changePointSize(), v: () => this.sensors.toggle(),
       h: () => { if (this.selected !== undefined) this.toggle(this.hiddenNames, this.selected); } };
     const key = Object.hasOwn(keys, event.key) ? keys[event.key] : undefined;
     if (key) key();

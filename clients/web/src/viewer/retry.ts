@@ -24,11 +24,12 @@ export async function withRetries<Result>(work: () => Promise<Result>, isWanted:
   }
 }
 
-// Runs one operation at a time, and once more if it was requested meanwhile.
+// Runs one operation at a time, and once more if it was requested meanwhile; begins them at least
+// `period_ms` apart.
 export class CoalescedTask {
   private isRunning = false;
   private isRequested = false;
-  constructor(private readonly work: () => Promise<void>) {}
+  constructor(private readonly work: () => Promise<void>, private readonly period_ms = 0) {}
 
   request(): void {
     this.isRequested = true;
@@ -40,7 +41,10 @@ export class CoalescedTask {
     try {
       while (this.isRequested) {
         this.isRequested = false;
+        const next_ms = performance.now() + this.period_ms;
         await this.work();
+        const wait_ms = next_ms - performance.now();
+        if (wait_ms > 0) await pause(wait_ms);
       }
     } finally {
       this.isRunning = false;

@@ -6,9 +6,11 @@ export class CallFailure extends Error {
 }
 
 export interface StreamReader<Message> {
-  message: (message: Message) => void;
+  message: (message: Message, received_ms: number) => void;  // by now_ms()
   end: (error: CallError | undefined) => void;
 }
+
+export interface PacedStream { next: () => void; cancel: () => void; }
 
 export class RpcClient {
   private readonly worker: Worker;
@@ -21,19 +23,19 @@ export class RpcClient {
     this.worker.onmessage = (event: MessageEvent<FromWorker>) => {
       const said = event.data;
       if (said.what === "state") this.onState(said.state);
-      else if (said.what === "message") this.readers.get(said.id)?.message(said.message);
+      else if (said.what === "message") this.readers.get(said.id)?.message(said.message, said.received_ms);
       else this.end(said.id, said.error);
     };
   }
 
   // Returns a function that ends the stream; afterwards the reader is not called.
   stream<Message>(method: Method, request: Json, reader: StreamReader<Message>): () => void {
-    const id = ++this.lastId;
-    this.readers.set(id, reader as unknown as StreamReader<Json>);
-    this.post({ what: "begin", id, method, request });
-    return () => {
-      if (this.readers.delete(id)) this.post({ what: "cancel", id });
-    };
+    return this.begin(method, request, reader, false).cancel;
+  }
+
+  // A stream that sends a message only after `next` was called for the one before.
+  pacedStream<Message>(method: Method, request: Json, reader: StreamReader<Message>): PacedStream {
+    return this.begin(method, request, reader, true);
   }
 
   // The reply of a unary call; throws a CallFailure.
@@ -48,6 +50,15 @@ export class RpcClient {
         },
       });
     });
+  }
+
+  private begin<Message>(method: Method, request: Json, reader: StreamReader<Message>, isPaced: boolean): PacedStream {
+    const id = ++this.lastId;
+    this.readers.set(id, reader as unknown as StreamReader<Json>);
+    this.post({ what: "begin", id, method, request, isPaced });
+    return {
+      next: () => { if (this.readers.has(id)) this.post({ what: "next", id }); },
+      cancel: () => { if (this.readers.delete(id)) this.post({ what: "cancel", id }); } };
   }
 
   private post(message: ToWorker): void { this.worker.postMessage(message); }

@@ -7,14 +7,15 @@ import { matrixOf } from "../scene/pose";
 import { shortName, type WorldObject } from "../world/types";
 import { ColorAssignment, robotColors } from "./color_assignment";
 import type { RobotModel } from "./feed";
+import { dimmed, isDimmed, isStriped } from "./object_status";
 import type { WorldState } from "./world_model";
 
-export type Kind = "support" | "object" | "residual" | "user" | "unseen" | "robot";
+export type Kind = "support" | "object" | "residual" | "user" | "unseen" | "mover" | "robot";
 
-export const kinds: readonly Kind[] = ["object", "user", "support", "residual", "unseen", "robot"];
+export const kinds: readonly Kind[] = ["object", "user", "support", "residual", "mover", "unseen", "robot"];
 
 export const kindTitles: Record<Kind, string> = {
-  object: "Objects", user: "User's objects", support: "Supports", residual: "Residuals", unseen: "Unseen space",
+  object: "Objects", user: "User's objects", support: "Supports", residual: "Residuals", mover: "Movers", unseen: "Unseen space",
   robot: "Robots" };
 
 export interface SceneObject {
@@ -29,9 +30,9 @@ export const isRobot = (source: SceneObject["source"]): source is RobotModel => 
 
 // Uids and revisions restart in a new world.
 function sceneObjectOf(world_uid: string, object: WorldObject, color: string, before: SceneObject | undefined): SceneObject {
-  const shape = `${world_uid} ${object.uid} ${object.geometry_revision} ${object.kind}`;
+  const shape = `${world_uid} ${object.uid} ${object.geometry_revision} ${object.kind} ${isStriped(object)}`;
   const drawn: DrawnObject = {
-    name: object.name, color, shape, frames: [matrixOf(object.x_world_object)],
+    name: object.name, color: isDimmed(object) ? dimmed(color) : color, shape, frames: [matrixOf(object.x_world_object)],
     parts: before && before.drawn.shape === shape ? before.drawn.parts
       : partsOf(object).map((part) => ({ frame: 0, part })) };
   return { name: object.name, kind: shortName(object.kind, "OBJECT_KIND") as Kind, color, source: object, drawn };

@@ -1,13 +1,14 @@
 // The connection, on a thread of its own: bytes of the socket, messages of the page.
 import { beginBytes, cancelBytes, errorOf, messageOf, responseOf } from "./codec";
-import { backOff_ms, unavailable, type CallError, type FromWorker, type Json, type ConnectionState, type Method, type ToWorker }
+import { backOff_ms, now_ms, unavailable, type CallError, type FromWorker, type Json, type ConnectionState, type Method, type ToWorker }
   from "./messages";
 import { fetchConnectionError } from "./connection_error";
 import { HeartbeatMonitor } from "./heartbeat";
+import { PacedCalls } from "./paced_calls";
 
 // The type libraries for workers and for documents exclude each other; only this function is
 // needed.
-declare function postMessage(message: FromWorker): void;
+declare function postMessage(message: FromWorker, transfer?: ArrayBuffer[]): void;
 
 // chosen: a socket that does not open within this time will not open at all.
 const patience_ms = 5000;
@@ -15,7 +16,10 @@ const patience_ms = 5000;
 // The period of checks for a silent connection.
 const listen_ms = 1000;
 
+interface Received { bytes: Uint8Array; received_ms: number; }
+
 const openCalls = new Map<number, Method>();
+const pacedCalls = new PacedCalls<Received>();
 let socket: WebSocket | undefined;
 let attempt = 0;
 let why = "";  // the reason of the last failure
@@ -25,6 +29,7 @@ const tell = (state: ConnectionState): void => postMessage({ what: "state", stat
 
 function end(id: number, error?: CallError): void {
   if (!openCalls.delete(id)) return;
+  pacedCalls.end(id);
   postMessage(error ? { what: "end", id, error } : { what: "end", id });
 }
 
@@ -35,12 +40,25 @@ function receive(bytes: Uint8Array): void {
   heartbeat.received(Date.now());
   const { callId, what } = responseOf(bytes);
   const id = Number(callId);
-  const method = openCalls.get(id);
-  if (method === undefined) return;  // the call was cancelled
-  try {
-    if (what.case === "message") postMessage({ what: "message", id, message: messageOf(method, what.value) });
+  if (!openCalls.has(id)) return;  // the call was cancelled
+  guarded(id, () => {
+    if (what.case === "message") deliver(id, pacedCalls.offer(id, { bytes: what.value, received_ms: now_ms() }));
     else if (what.case === "end") end(id, what.value.code === 0 ? undefined : errorOf(what.value));
-  } catch (error) {  // a lost message loses the call; a watch begins anew
+  });
+}
+
+function deliver(id: number, received: Received | undefined): void {
+  const method = openCalls.get(id);
+  if (!received || method === undefined) return;
+  const { message, buffers } = messageOf(method, received.bytes);
+  postMessage({ what: "message", id, message, received_ms: received.received_ms }, buffers);
+}
+
+// A lost message loses the call; a watch begins anew.
+function guarded(id: number, work: () => void): void {
+  try {
+    work();
+  } catch (error) {
     socket?.send(cancelBytes(id));
     end(id, gone(`a message of the server cannot be read: ${String(error)}`));
   }
@@ -116,11 +134,17 @@ function begin(id: number, method: Method, request: Json, on: WebSocket): void {
 self.onmessage = (event: MessageEvent<ToWorker>) => {
   const message = event.data;
   if (message.what === "cancel") {
+    pacedCalls.end(message.id);
     if (openCalls.delete(message.id)) socket?.send(cancelBytes(message.id));
+    return;
+  }
+  if (message.what === "next") {
+    guarded(message.id, () => deliver(message.id, pacedCalls.next(message.id)));
     return;
   }
   if (openCalls.size === 0) heartbeat.received(Date.now());  // nothing was expected until now
   openCalls.set(message.id, message.method);
+  if (message.isPaced) pacedCalls.begin(message.id);
   if (socket?.readyState !== WebSocket.OPEN) {
     end(message.id, gone("there is no connection to the server"));
     return;

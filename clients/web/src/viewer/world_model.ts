@@ -1,7 +1,7 @@
 // The newest state of a world, built from a watch's messages. Pure: no socket, no picture. States
 // are values: unchanged objects are the same in the next state, so that readers compare by
 // identity.
-import type { PairRule, Robot, RobotEvent, ObjectEvent, WatchWorldResponse } from "../world/stream";
+import type { PairRule, Robot, RobotEvent, ObjectEvent, SensorFacts, WatchWorldResponse } from "../world/stream";
 import type { WorldObject } from "../world/types";
 
 export interface WorldState {
@@ -22,19 +22,27 @@ export function ruleKey({ pair: { a, b } }: PairRule): string {
 const isUnchanged = (before: WorldObject | undefined, now: WorldObject): boolean =>
   before !== undefined && JSON.stringify(before) === JSON.stringify(now);
 
+const hasFacts = (object: WorldObject, facts: SensorFacts): boolean =>
+  object.motion === facts.motion && object.visibility === facts.visibility &&
+  object.identity_certain === facts.identity_certain && object.carried_by === facts.carried_by;
+
+function withFacts({ identity_certain: _before, ...rest }: WorldObject, facts: SensorFacts): WorldObject {
+  return { ...rest, ...facts };
+}
+
 interface Changing {
   objects: Map<string, WorldObject>;
   robots: Map<string, Robot>;
   rules: Map<string, PairRule>;
 }
 
-function applyObject({ put, move, remove, pose_revision }: ObjectEvent, objects: Map<string, WorldObject>): void {
+function applyObject({ put, move, remove, pose_revision, motion }: ObjectEvent, objects: Map<string, WorldObject>): void {
   if (put) objects.set(put.name, put);
   if (remove !== undefined) objects.delete(remove);
   const moved = move ? objects.get(move.name) : undefined;
   if (!move || !moved) return;
   const { x_world_object: _before, ...rest } = moved;
-  objects.set(move.name, { ...rest, pose_revision, ...(move.x_world_object && { x_world_object: move.x_world_object }) });
+  objects.set(move.name, { ...rest, pose_revision, motion, ...(move.x_world_object && { x_world_object: move.x_world_object }) });
 }
 
 function applyRobot({ put, state, remove }: RobotEvent, robots: Map<string, Robot>): void {
@@ -107,14 +115,27 @@ export class WorldModel {
   }
 
   // Observation times change no geometry and make no revision; they are updated in place for the
-  // details.
+  // details. Facts of sensors make no revision either, but the picture shows them.
   private applyBookmark({ revision, bookmark }: WatchWorldResponse): boolean {
     for (const [name, at] of Object.entries(bookmark?.last_observed ?? {})) {
       const object = this.state_.objects.get(name);
       if (object) object.last_observed = at;
     }
+    const areNew = this.applyFacts(Object.entries(bookmark?.facts ?? {}));
     const isNewer = revision !== this.state_.revision && this.pending.length === 0;
     if (isNewer) this.state_ = { ...this.state_, revision };
-    return isNewer;
+    return isNewer || areNew;
+  }
+
+  private applyFacts(all: readonly (readonly [name: string, facts: SensorFacts])[]): boolean {
+    const changed = all.flatMap(([name, facts]) => {
+      const object = this.state_.objects.get(name);
+      return object && !hasFacts(object, facts) ? [withFacts(object, facts)] : [];
+    });
+    if (changed.length === 0) return false;
+    const objects = new Map(this.state_.objects);
+    for (const object of changed) objects.set(object.name, object);
+    this.state_ = { ...this.state_, objects };
+    return true;
   }
 }

@@ -44,6 +44,7 @@ export interface ObjectEvent {
   move?: { name: string; x_world_object?: Pose };
   remove?: string;
   pose_revision: string;
+  motion: string;  // with move
 }
 
 // Exactly one of put, state, remove is set.
@@ -51,6 +52,14 @@ export interface RobotEvent {
   put?: Robot;
   state?: { name: string; x_world_base?: Pose; state: number[]; state_revision: string };
   remove?: string;
+}
+
+// What running sensors say of an object. It changes without a revision.
+export interface SensorFacts {
+  motion: string;
+  visibility: string;
+  identity_certain?: boolean;  // absent: followed by no sensor
+  carried_by: string;
 }
 
 export interface WatchWorldResponse {
@@ -63,7 +72,7 @@ export interface WatchWorldResponse {
     pair_rules: PairRule[];
   };
   events?: { events: ObjectEvent[]; more: boolean; robot_events: RobotEvent[]; pair_rules: PairRule[] };
-  bookmark?: { last_observed: Record<string, string> };
+  bookmark?: { last_observed: Record<string, string>; facts: Record<string, SensorFacts> };
 }
 
 export interface PlacedLink { link: string; x_world_link?: Pose; shapes: ShapePart[]; }
@@ -82,4 +91,45 @@ export interface Scan {
   labels_hash: string;
   supports: string[];
   objects: string[];
+}
+
+export interface SensorMount { robot: string; link: string; }
+
+export interface SensorPoseEstimate { translation_error_m: number; rotation_error_rad: number; surface_count: string; }
+
+export interface Sensor {
+  name: string;
+  is_streaming: boolean;
+  x_world_sensor?: Pose;
+  mount?: SensorMount;
+  last_frame?: string;
+  frame_rate: number;
+  latency_p50_ms: number;
+  latency_p95_ms: number;
+  processed_count: string;
+  dropped_count: string;
+  refused_count: string;
+  estimate?: SensorPoseEstimate;
+  conflicts: string[];
+}
+
+export interface PixelCounts {
+  consistent: string;
+  nearer: string;
+  farther: string;
+  missing: string;
+  robot: string;
+  carried: string;
+  mixed: string;
+  hidden: string;
+}
+
+// The points of a sensor's frame. The bytes are views of the message's buffer, not aligned.
+export interface SensorPoints {
+  sensor: string;
+  frame_stamp?: string;
+  points: Uint8Array;   // x y z of each point, 3 x f32, in the world's frame
+  classes: Uint8Array;  // one PixelClass per point
+  pixels?: PixelCounts;
+  latency_ms: number;   // last byte of the frame to its answer
 }

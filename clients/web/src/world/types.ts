@@ -111,6 +111,11 @@ export interface WorldObject {
   attached_to: string;
   reachable?: boolean;
   attachment?: Attachment;
+  // What running sensors say of it; see SensorFacts.
+  motion: string;
+  visibility: string;
+  identity_certain?: boolean;
+  carried_by: string;
 }
 
 export interface IngestReport {

@@ -1,10 +1,11 @@
-// The materials of the four appearances, for shapes in batches.
+// The materials of the appearances, for shapes in batches.
 import { DoubleSide, FrontSide, type Material, type MeshStandardMaterial } from "three";
 import { completedMaterial, solidMaterial } from "../../scene/materials";
 
 // "solid": measured or given. "completed": not measured, hatched. "unseen": space that no sensor
-// has observed. "ghost": the body of a query.
-export type Appearance = "solid" | "completed" | "unseen" | "ghost";
+// has observed. "ghost": the body of a query. "mover": around something that moves and is not
+// modelled. "stale": measured, and out of the sight of running sensors since.
+export type Appearance = "solid" | "completed" | "unseen" | "ghost" | "mover" | "stale";
 
 // A pattern of dots on the screen, through which objects behind stay visible.
 const dots = `
@@ -12,9 +13,18 @@ const dots = `
   gl_FragColor.a *= dot(cell, cell) < 0.03 ? 0.55 : 0.07;
 `;
 
+// Pale lines across the screen, on a surface that stays opaque; the legend has the same.
+const lines = `
+  gl_FragColor.rgb = mix(gl_FragColor.rgb, vec3(0.66), fract(gl_FragCoord.y / 5.0) < 0.4 ? 0.6 : 0.0);
+`;
+
 function patterned(material: MeshStandardMaterial, pattern: string, name: string): MeshStandardMaterial {
   material.transparent = true;
   material.depthWrite = false;
+  return marked(material, pattern, name);
+}
+
+function marked(material: MeshStandardMaterial, pattern: string, name: string): MeshStandardMaterial {
   material.onBeforeCompile = (shader) => {
     shader.fragmentShader = shader.fragmentShader.replace(
       "#include <dithering_fragment>", `#include <dithering_fragment>\n${pattern}`);
@@ -23,11 +33,24 @@ function patterned(material: MeshStandardMaterial, pattern: string, name: string
   return material;
 }
 
+// Boxes of a mover overlap: only the nearest one is drawn, so that the whole is evenly translucent.
+function moverMaterial(): MeshStandardMaterial {
+  const material = patterned(solidMaterial("#ffffff"), "gl_FragColor.a *= 0.42;", "mover");
+  material.depthWrite = true;
+  return material;
+}
+
+const materials: Record<Appearance, () => MeshStandardMaterial> = {
+  solid: () => solidMaterial("#ffffff"),
+  completed: () => completedMaterial("#ffffff"),
+  unseen: () => patterned(solidMaterial("#ffffff"), dots, "unseen"),
+  ghost: () => patterned(solidMaterial("#ffffff"), "gl_FragColor.a *= 0.55;", "ghost"),
+  mover: moverMaterial,
+  stale: () => marked(solidMaterial("#ffffff"), lines, "stale"),
+};
+
 export function materialFor(appearance: Appearance, isOpen: boolean): MeshStandardMaterial {
-  const material = appearance === "solid" ? solidMaterial("#ffffff")
-    : appearance === "completed" ? completedMaterial("#ffffff")
-    : appearance === "unseen" ? patterned(solidMaterial("#ffffff"), dots, "unseen")
-    : patterned(solidMaterial("#ffffff"), "gl_FragColor.a *= 0.55;", "ghost");
+  const material = materials[appearance]();
   material.side = isOpen ? DoubleSide : FrontSide;
   return material;
 }

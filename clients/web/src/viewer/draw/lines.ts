@@ -1,6 +1,6 @@
 // Straight lines of one width in one draw call: frames, the box around the selection, marks of an
 // result.
-import { Color, Matrix4, Vector3, type Box3 } from "three";
+import { Color, Matrix4, Vector3, type Box3, type InterleavedBufferAttribute } from "three";
 import { LineMaterial } from "three/addons/lines/LineMaterial.js";
 import { LineSegments2 } from "three/addons/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/addons/lines/LineSegmentsGeometry.js";
@@ -9,6 +9,7 @@ export interface Segment { from: Vector3; to: Vector3; color: string; }
 
 export class Lines {
   readonly object: LineSegments2;
+  private count = 0;
 
   constructor(width_px: number, isOnTop: boolean) {
     const material = new LineMaterial({
@@ -19,6 +20,7 @@ export class Lines {
     this.object.visible = false;
   }
 
+  // As many segments as before are written into their buffers.
   set(segments: readonly Segment[]): void {
     this.object.visible = segments.length > 0;
     if (segments.length === 0) return;
@@ -28,10 +30,28 @@ export class Lines {
       color.set(segment.color);
       return [...color, ...color];
     });
-    this.object.geometry.dispose();  // the buffers of another number of segments
+    if (segments.length === this.count) {
+      this.overwrite("instanceStart", places);
+      this.overwrite("instanceColorStart", colors);
+      return;
+    }
+    this.count = segments.length;
+    this.object.geometry.dispose();
     this.object.geometry = new LineSegmentsGeometry();
     this.object.geometry.setPositions(places);
     this.object.geometry.setColors(colors);
+  }
+
+  private overwrite(name: string, values: readonly number[]): void {
+    const { data } = this.object.geometry.getAttribute(name) as InterleavedBufferAttribute;
+    const { array } = data;
+    let isSame = true;
+    for (let i = 0; i < values.length; ++i) {
+      const value = Math.fround(values[i] ?? 0);
+      isSame &&= array[i] === value;
+      array[i] = value;
+    }
+    if (!isSame) data.needsUpdate = true;
   }
 }
 

@@ -3,6 +3,7 @@ import { Matrix4, Vector3 } from "three";
 import { matrixOf } from "../../scene/pose";
 import { isCompleted, type Plate, type ShapeOneOf, type ShapePart, type WorldObject } from "../../world/types";
 import type { Appearance } from "./appearance";
+import { isStriped } from "../object_status";
 import type { Unit } from "./shape_batch";
 
 export type Layer = "shapes" | "surfaces" | "handles";
@@ -78,8 +79,16 @@ export function hiddenParts({ shapes }: WorldObject): Part[] {
   });
 }
 
+const specialKinds: Record<string, Appearance> = { OBJECT_KIND_UNSEEN: "unseen", OBJECT_KIND_MOVER: "mover" };
+
 export function partsOf(object: WorldObject): Part[] {
-  const special: Appearance | undefined = object.kind === "OBJECT_KIND_UNSEEN" ? "unseen" : undefined;
+  const parts = plainParts(object);
+  if (!isStriped(object)) return parts;
+  return parts.map((part) => (part.appearance === "solid" ? { ...part, appearance: "stale" } : part));
+}
+
+function plainParts(object: WorldObject): Part[] {
+  const special = specialKinds[object.kind];
   const shapes = object.shapes.flatMap((part) => shapeParts(part, "shapes", special));
   const surfaces = object.surfaces.map(({ hash }): Part => (
     { layer: "surfaces", appearance: special ?? "solid", local: new Matrix4(), geometry: { is: "mesh", hash } }));

@@ -13,6 +13,7 @@ import { MeshLibrary } from "./blobs";
 import { Clouds } from "./cloud";
 import { GraspView, noGrasps, type GraspPicture } from "./grasp_view";
 import type { Label } from "./labels";
+import { LivePoints } from "./live_points";
 import { boxSegments, frameSegments, Lines } from "./lines";
 import { hiddenParts, type Layer } from "./parts";
 import { Stage } from "./stage";
@@ -34,6 +35,7 @@ export class Picture {
   readonly stage = new Stage();
   readonly view: WorldView;
   readonly clouds: Clouds;
+  readonly livePoints = new LivePoints();
   readonly grasps = new GraspView();
   shown: Shown = { names: false, frames: false };
   private sceneObjects: readonly SceneObject[] = [];
@@ -54,7 +56,8 @@ export class Picture {
     const changed = (): void => this.refresh();
     this.view = new WorldView(new MeshLibrary(failed), changed);
     this.clouds = new Clouds(colorOf, () => this.stage.requestRender(), failed);
-    this.stage.scene.add(this.view.root, this.clouds.root, this.grasps.root, this.axes.object, this.selection.object, this.resultLines.object);
+    this.stage.scene.add(this.view.root, this.clouds.root, this.livePoints.root, this.grasps.root, this.axes.object, this.selection.object,
+                         this.resultLines.object);
     this.stage.beforeFrame = () => this.update();
     this.stage.frame([new Box3(new Vector3(-0.5, -0.5, 0), new Vector3(0.5, 0.5, 0.5))], "1");
     this.stage.prepare();

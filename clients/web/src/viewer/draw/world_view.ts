@@ -25,7 +25,7 @@ interface Placed { drawnObject: Drawn; frame: number; part: Part; batch: Batch<P
 interface Drawn { value: DrawnObject; placed: Placed[]; isGone: boolean; }
 
 // The order of drawing: translucent appearances come last.
-const renderOrder: Record<Appearance, number> = { solid: 0, completed: 1, unseen: 2, ghost: 3 };
+const renderOrder: Record<Appearance, number> = { solid: 0, stale: 0, completed: 1, mover: 2, unseen: 3, ghost: 4 };
 
 // The triangles of one of a plate's two groups.
 function plateFace(plate: Plate, face: "top" | "rest"): BufferGeometry {

@@ -6,6 +6,7 @@ import { isCompleted, shortName, type FitQuality, type OrientedBox, type Pose, t
   from "../../world/types";
 import type { PairRule } from "../../world/stream";
 import type { RobotModel } from "../feed";
+import { motionWord, visibilityWord } from "../object_status";
 import { isRobot, type SceneObject } from "../scene_objects";
 
 function fact(term: string, ...value: (Node | string)[]): HTMLElement[] {
@@ -61,7 +62,7 @@ const time = (stamp: string): string => stamp.replace("T", " ").replace(/(\.\d+)
 function objectFacts(object: WorldObject, kindWord: string): HTMLElement {
   return facts(
     fact("Kind", kindWord), fact("Owner", words(object.owner, "OWNER")), fact("State", words(object.state, "OBJECT_STATE")),
-    ...poseFacts(object.x_world_object),
+    ...sensorFacts(object), ...poseFacts(object.x_world_object),
     ...(object.supported_by ? [fact("Stands on", object.supported_by)] : []),
     ...(object.attached_to ? [fact("Attached to", object.attached_to)] : []),
     ...(object.margin_m > 0 ? [fact("Margin", `${mm(object.margin_m)} mm`)] : []),
@@ -69,6 +70,17 @@ function objectFacts(object: WorldObject, kindWord: string): HTMLElement {
     ...(object.reachable === undefined ? [] : [fact("Reachable", object.reachable ? "yes" : "no")]),
     ...(object.last_observed ? [fact("Last seen", time(object.last_observed))] : []),
     fact("Revisions", `made ${count(object.create_revision)}, shape ${count(object.geometry_revision)}, pose ${count(object.pose_revision)}`));
+}
+
+// What running sensors say of it.
+function sensorFacts(object: WorldObject): HTMLElement[][] {
+  const motion = motionWord(object);
+  const visibility = visibilityWord(object);
+  return [
+    ...(motion ? [fact("Motion", motion)] : []),
+    ...(visibility ? [fact("Visibility", visibility)] : []),
+    ...(object.identity_certain === false ? [fact("Identity", "may be swapped with another one of its shape")] : []),
+    ...(object.carried_by ? [fact("Carried by", object.carried_by)] : [])];
 }
 
 function meshLine(kind: string, text: string, hash: string): HTMLElement {
@@ -131,12 +143,17 @@ function rulesSection(name: string, about: readonly PairRule[]): HTMLElement[] {
   return [element("section", "part", element("h3", "", "Rules"), list)];
 }
 
+// chosen: the body of what moves is written at most so often, which can still be read.
+const bodyPeriod_ms = 100;
+
 export class Details {
   readonly root = element("section", "details");
   private readonly head = element("header");
   private readonly body = element("div");
   private shown: SceneObject | undefined;
   private rules: readonly PairRule[] = [];  // about it
+  private written_ms = 0;  // when the body was
+  private timer = 0;       // of a body that is to be written; 0: none
 
   constructor(private readonly listener: { close: () => void; frame: (name: string) => void }) {
     this.root.setAttribute("aria-label", "Details of the selection");
@@ -156,12 +173,26 @@ export class Details {
     this.rules = about;
     this.root.hidden = sceneObject === undefined;
     if (!sceneObject) return;
-    if (sceneObject.name !== before?.name || sceneObject.color !== before.color) this.writeHead(sceneObject);
-    this.writeBody(sceneObject);
+    const isOther = sceneObject.name !== before?.name;
+    if (isOther || sceneObject.color !== before.color) this.writeHead(sceneObject);
+    if (isOther) this.writeNow();
+    else this.refresh();
   }
 
   // Called if the displayed object was changed in place.
-  refresh(): void { if (this.shown) this.writeBody(this.shown); }
+  refresh(): void {
+    if (this.timer !== 0) return;
+    const wait_ms = this.written_ms + bodyPeriod_ms - performance.now();
+    if (wait_ms <= 0) this.writeNow();
+    else this.timer = window.setTimeout(() => this.writeNow(), wait_ms);
+  }
+
+  private writeNow(): void {
+    window.clearTimeout(this.timer);
+    this.timer = 0;
+    this.written_ms = performance.now();
+    if (this.shown) this.writeBody(this.shown);
+  }
 
   private writeHead({ name, color }: SceneObject): void {
     const frame = element("button", "quiet", "Frame");

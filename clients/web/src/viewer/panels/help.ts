@@ -14,6 +14,7 @@ const keys: readonly (readonly [key: string, meaning: string])[] = [
   ["/", "search"],
   ["q", "ask a question"],
   ["n  x  p  s", "names, frames, the scan's points, smaller or larger points"],
+  ["v", "the newest points of running sensors in the colours of their classes, in place of the scans"],
   ["o", "open the grasps that cwm-grasp --json wrote; the file can be dropped on the page too"],
   ["k", "hide the grippers of grasps, or show them again"],
   ["l", "back from an older revision to now"],
@@ -24,7 +25,10 @@ const keys: readonly (readonly [key: string, meaning: string])[] = [
 
 const legend: readonly (readonly [look: string, meaning: string])[] = [
   ["fitted", "measured, or given by a user"], ["completed", "supplied where nothing was measured"],
-  ["unseen", "space that no sensor has seen; of the selection, into which it may extend"]];
+  ["unseen", "space that no sensor has seen; of the selection, into which it may extend"],
+  ["mover", "around something that moves and is not modelled, such as a hand"],
+  ["occluded", "dimmed: something is in front of it"],
+  ["stale", "out of the sight of running sensors since"]];
 
 export function helpDialog(): HTMLDialogElement {
   const dialog = element("dialog", "help");

@@ -26,9 +26,14 @@ export class Timeline {
     this.paint();
   }
 
-  setRange(oldest: number, newest: number): void {
-    this.oldest = Math.min(oldest, newest);
+  setNewest(newest: number): void {
     this.newest = newest;
+    this.oldest = Math.min(this.oldest, newest);
+    this.paint();
+  }
+
+  setOldest(oldest: number): void {
+    this.oldest = Math.min(oldest, this.newest);
     this.paint();
   }
 

@@ -3,7 +3,8 @@
 import { element, swatch } from "../../page/dom";
 import { naturalOrder } from "../../page/natural_order";
 import { count } from "../../page/quantity";
-import { kinds, kindTitles, type Kind, type SceneObject } from "../scene_objects";
+import { statusText, visibilityWord } from "../object_status";
+import { isRobot, kinds, kindTitles, type Kind, type SceneObject } from "../scene_objects";
 
 export interface TreeListener {
   select: (name: string) => void;
@@ -18,6 +19,16 @@ interface Branch { root: HTMLElement; list: HTMLElement; box: HTMLInputElement; 
 
 // chosen: longer lists are searched rather than read, and would cost more than the picture.
 const maxRows = 400;
+
+// Movers have no identity: their names change their holders from frame to frame, so they are only
+// counted.
+const isListed = ({ kind }: SceneObject): boolean => kind !== "mover";
+
+function countListed(sceneObjects: ReadonlyMap<string, SceneObject>): number {
+  let listed = 0;
+  for (const sceneObject of sceneObjects.values()) if (isListed(sceneObject)) ++listed;
+  return listed;
+}
 
 function checkbox(label: string): HTMLInputElement {
   const box = element("input");
@@ -61,14 +72,24 @@ export class Tree {
   show(sceneObjects: ReadonlyMap<string, SceneObject>): void {
     const before = this.sceneObjects;
     this.sceneObjects = new Map(sceneObjects);
-    let isSame = before.size === sceneObjects.size;
+    let isSame = countListed(before) === countListed(sceneObjects);
     for (const [name, sceneObject] of sceneObjects) {
+      if (!isListed(sceneObject)) continue;
       const was = before.get(name);
       isSame &&= was !== undefined && was.kind === sceneObject.kind && was.color === sceneObject.color;
       if (!isSame) break;
     }
     if (!isSame) this.build();
     else for (const [name, row] of this.rows) this.refresh(row, sceneObjects.get(name));
+    this.countMovers();
+  }
+
+  private countMovers(): void {
+    const branch = this.branches.get("mover");
+    if (!branch) return;
+    const movers = this.sceneObjects.size - countListed(this.sceneObjects);
+    branch.root.hidden = movers === 0;
+    branch.count.textContent = count(movers);
   }
 
   setHidden(names: ReadonlySet<string>, hiddenKinds: ReadonlySet<Kind>): void {
@@ -128,7 +149,7 @@ export class Tree {
     const wanted = this.search.value.trim().toLowerCase();
     const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset["thing"] : undefined;
     const stop = this.stop?.dataset["thing"];
-    const sorted = [...this.sceneObjects.values()].sort((a, b) => naturalOrder.compare(a.name, b.name));
+    const sorted = [...this.sceneObjects.values()].filter(isListed).sort((a, b) => naturalOrder.compare(a.name, b.name));
     this.rows.clear();
     for (const [kind, branch] of this.branches) {
       const all = sorted.filter((sceneObject) => sceneObject.kind === kind);
@@ -138,6 +159,7 @@ export class Tree {
       branch.list.replaceChildren(...found.slice(0, maxRows).map((sceneObject) => this.row(sceneObject)));
       if (found.length > maxRows) branch.list.append(element("p", "more", `and ${count(found.length - maxRows)} more: search for them`));
     }
+    this.countMovers();
     this.setHidden(this.hidden.names, this.hidden.kinds);
     this.select(this.selected);
     const kept = stop === undefined ? this.stop : this.rows.get(stop)?.name;
@@ -178,8 +200,11 @@ export class Tree {
   private refresh(row: Row, sceneObject: SceneObject | undefined): void {
     if (!sceneObject || row.sceneObject === sceneObject) return;
     row.sceneObject = sceneObject;
-    const state = "state" in sceneObject.source ? sceneObject.source.state : "";
-    row.state.textContent = state === "OBJECT_STATE_OCCLUDED" ? "occluded" : state === "OBJECT_STATE_LOST" ? "lost" : "";
+    const { source } = sceneObject;
+    const status = isRobot(source) ? "" : statusText(source);
+    if (row.state.textContent === status) return;
+    row.state.textContent = status;
+    row.state.classList.toggle("seen", !isRobot(source) && visibilityWord(source) === "visible");
   }
 
   // The rows that are visible while the list is, from the top.

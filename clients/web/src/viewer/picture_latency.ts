@@ -1,0 +1,43 @@
+// How old the picture is: from the last byte of a sensor's frame at the server until the page has
+// issued the drawing. Its parts are measured each by one clock: the server's time for the frame, half
+// of a call's way there and back, and the page's time from the socket to the drawing. Pure.
+
+export interface LatencyParts { server_ms: number; way_ms: number; page_ms: number; }
+
+// chosen: a number that can be read changes slowly; the mean of about the last ten pictures.
+const share = 0.1;
+
+// chosen: the least of so many calls, since a busy page takes longer to see an answer, not to get it.
+const keptWays = 10;
+
+export class PictureLatency {
+  private received_ms: number | undefined;  // of the oldest message that is not drawn yet
+  private server_ms = 0;
+  private page_ms: number | undefined;
+  private ways_ms: number[] = [];
+
+  // A message came that will be drawn.
+  received(at_ms: number): void { this.received_ms ??= at_ms; }
+
+  drawn(at_ms: number): void {
+    if (this.received_ms === undefined) return;
+    const page_ms = Math.max(0, at_ms - this.received_ms);
+    this.page_ms = this.page_ms === undefined ? page_ms : this.page_ms + share * (page_ms - this.page_ms);
+    this.received_ms = undefined;
+  }
+
+  // The server's time for a frame, as its sensors report it.
+  served(server_ms: number): void { this.server_ms = server_ms; }
+
+  called(thereAndBack_ms: number): void { this.ways_ms = [...this.ways_ms, thereAndBack_ms / 2].slice(-keptWays); }
+
+  reset(): void {
+    this.received_ms = this.page_ms = undefined;
+  }
+
+  // Undefined until something was drawn.
+  parts(): LatencyParts | undefined {
+    if (this.page_ms === undefined) return undefined;
+    return { server_ms: this.server_ms, way_ms: this.ways_ms.length === 0 ? 0 : Math.min(...this.ways_ms), page_ms: this.page_ms };
+  }
+}
