@@ -7,8 +7,12 @@
 namespace cwm::server {
 
 // Messages of raw methods are parsed by our own code (messages.h).
-using RawPerceptionService = v1::PerceptionService::WithRawCallbackMethod_ListScans<
+using RawIngests = v1::PerceptionService::WithRawCallbackMethod_ListScans<
     v1::PerceptionService::WithRawCallbackMethod_IngestCloud<v1::PerceptionService::Service>>;
+using RawStreams = v1::PerceptionService::WithRawCallbackMethod_WatchFrames<
+    v1::PerceptionService::WithRawCallbackMethod_StreamClouds<RawIngests>>;
+using RawPerceptionService = v1::PerceptionService::WithRawCallbackMethod_SetSensorPose<
+    v1::PerceptionService::WithRawCallbackMethod_ListSensors<RawStreams>>;
 
 class PerceptionService final : public RawPerceptionService {
  public:
@@ -19,6 +23,16 @@ class PerceptionService final : public RawPerceptionService {
   grpc::ServerUnaryReactor* ListScans(grpc::CallbackServerContext* context,
                                       const grpc::ByteBuffer* request,
                                       grpc::ByteBuffer* response) override;
+  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* StreamClouds(
+      grpc::CallbackServerContext* context) override;
+  grpc::ServerUnaryReactor* ListSensors(grpc::CallbackServerContext* context,
+                                        const grpc::ByteBuffer* request,
+                                        grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* SetSensorPose(grpc::CallbackServerContext* context,
+                                          const grpc::ByteBuffer* request,
+                                          grpc::ByteBuffer* response) override;
+  grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchFrames(grpc::CallbackServerContext* context,
+                                                          const grpc::ByteBuffer* request) override;
 
  private:
   Runtime& runtime_;

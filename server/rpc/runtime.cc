@@ -42,6 +42,11 @@ std::size_t AwaitedCapacity(const Limits& limits) {
   return static_cast<std::size_t>(limits.max_waits);
 }
 
+// Each stream has at most two tasks at a time.
+std::size_t LiveCapacity(const Limits& limits) {
+  return static_cast<std::size_t>(2 * limits.max_streams);
+}
+
 int Cores() { return static_cast<int>(std::max(1U, std::thread::hardware_concurrency())); }
 
 }  // namespace
@@ -62,6 +67,12 @@ Runtime::Runtime(Application& application_in)
       waits(timer, {.limit = application.limits.max_waits,
                     .member_limit = application.limits.max_client_waits}),
       cores(Cores()),
+      live_worlds(
+          {.interpret = application.interpret,
+           .run_beside =
+               [this](std::function<void()> task) { return ingest.TryPush(std::move(task)); },
+           .max_threads = cores,
+           .threads_now = [this] { return ThreadsForScan(); }}),
       query({.name = "query",
              .threads = cores,
              .capacity = kQueryCapacity,
@@ -99,12 +110,17 @@ Runtime::Runtime(Application& application_in)
              .threads = cores,
              .capacity = static_cast<std::size_t>(application.limits.max_watchers +
                                                   application.limits.max_viewer_watchers) +
-                         1}) {
+                         1}),
+      live({.name = "live",
+            .threads = cores,
+            .capacity = LiveCapacity(application.limits),
+            .max_wait = application.limits.max_queue_wait}) {
   application.worlds.SetListener([this](const World& world, WorldRegistry::WorldEvent event) {
     if (event == WorldRegistry::WorldEvent::kCreated) {
       log.WorldCreated(world.name(), world.uid());
     } else {
       log.WorldDeleted(world.name(), world.uid());
+      live_worlds.Forget(world);
     }
   });
 }
@@ -134,6 +150,19 @@ void Runtime::ScheduleMemoryReturn() {
   });
 }
 
+void Runtime::WatchSensors() {
+  if (!watches_sensors_.exchange(true)) ForgetGoneSensors();
+}
+
+void Runtime::ForgetGoneSensors() {
+  constexpr auto kPeriod = std::chrono::milliseconds(500);
+  timer.After(kPeriod, [this] {
+    // In a queue, since it may wait for a frame or for the disk.
+    live.TryPush([this] { live_worlds.ForgetGone(Clock::now()); });
+    ForgetGoneSensors();
+  });
+}
+
 ClientId Runtime::ClientOf(const grpc::CallbackServerContext& context) const {
   const std::string peer = context.peer();
   // Calls from this process have no address such as "fd:1031".
@@ -150,8 +179,8 @@ bool Runtime::IsBusy() const {
   const auto is_busy = [](const WorkQueue* queue) {
     return queue->IdleFor() == Clock::duration::zero();
   };
-  const std::initializer_list<const WorkQueue*> queues = {&query, &batches, &ingest,
-                                                          &reads, &writes,  &robots};
+  const std::initializer_list<const WorkQueue*> queues = {&query,  &batches, &ingest, &reads,
+                                                          &writes, &robots,  &live};
   return std::any_of(queues.begin(), queues.end(), is_busy);
 }
 

@@ -17,6 +17,7 @@
 #include "server/core/geometry_store.h"
 #include "server/core/ingest.h"
 #include "server/core/limits.h"
+#include "server/core/live/live_worlds.h"
 #include "server/core/memory_budget.h"
 #include "server/core/store_admin.h"
 #include "server/core/work_queue.h"
@@ -96,6 +97,8 @@ class Runtime {
 
   const int cores;
 
+  LiveWorlds live_worlds;  // before the queues, whose tasks use it
+
   // One queue per class of work. Each has one thread per core, except ingests (one ingest uses
   // every core already), batches, and robots (loaded rarely, in seconds). Much work of one class
   // delays the others by its share of the cores, never by its queue: a read does not wait for a
@@ -107,6 +110,7 @@ class Runtime {
   WorkQueue writes;
   WorkQueue robots;  // reads robots' files; its thread yields to all others
   WorkQueue watch;
+  WorkQueue live;  // frames of running sensors: neither niced nor behind other work
 
   // Threads that a scan may use at present, at least one: all cores while there are no queries,
   // otherwise all but one, so that a query's thread can wake on a core of its own. measured: with
@@ -119,6 +123,9 @@ class Runtime {
   void ScheduleMemoryReturn();
 
   std::atomic<int> batches_under_way = 0;  // batches being answered
+
+  // Looks from now on, twice a second, for sensors that are gone.
+  void WatchSensors();
 
   // The sender of the call. Must be called when the call begins.
   ClientId ClientOf(const grpc::CallbackServerContext& context) const;
@@ -136,7 +143,10 @@ class Runtime {
 
  private:
   std::atomic<bool> draining_ = false;
+  void ForgetGoneSensors();
+
   std::atomic<bool> returns_memory_ = false;
+  std::atomic<bool> watches_sensors_ = false;
   std::mutex mutex_;
   std::vector<std::weak_ptr<Drainable>> streams_under_way_;
 };

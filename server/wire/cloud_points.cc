@@ -143,9 +143,27 @@ absl::Status CheckPoints(const std::vector<Eigen::Vector3f>& points) {
       absl::StrCat("holds ", points.size(), " points, none of them finite, must hold one"));
 }
 
+absl::StatusOr<DecodedCloud> DecodeDepthCloud(const DepthPlan& plan, std::string_view bytes) {
+  const FieldPath root;
+  const FieldPath chunk = root.Field("chunk");
+  const auto image = DecodeDepth(plan, bytes, chunk.Field("data"));
+  if (!image.ok()) return image.status();
+  DecodedCloud decoded{.cloud = OrganisedCloud(**image, plan.camera.pinhole)};
+  if (auto status = CheckPoints(decoded.cloud.points); !status.ok()) return status;
+  return decoded;
+}
+
 }  // namespace
 
+std::vector<Eigen::Vector3f> ReadPoints(const CloudLayout& layout, std::string_view bytes,
+                                        std::size_t count) {
+  std::vector<Eigen::Vector3f> points(count);
+  ReadVectors(bytes, layout.point_step, layout.xyz, points);
+  return points;
+}
+
 absl::StatusOr<DecodedCloud> DecodeCloud(const CloudPlan& plan, std::string_view bytes) {
+  if (plan.depth.has_value()) return DecodeDepthCloud(*plan.depth, bytes);
   const Placing placing = PlacingOf(plan, bytes);
   if (auto status = CheckPrecision(plan, bytes, placing); !status.ok()) return status;
   DecodedCloud decoded{.cloud = {}, .viewpoint_C = placing.viewpoint_C};

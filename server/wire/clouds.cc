@@ -79,25 +79,6 @@ absl::StatusOr<std::optional<VectorField>> FindVector(const v1::CloudLayout& lay
   return VectorField{*found[0], *found[1], *found[2]};
 }
 
-absl::StatusOr<CloudLayout> LayoutFromProto(const v1::CloudLayout& layout, const FieldPath& path) {
-  auto status = CheckRange(layout.point_step(), {1, kMaxPointBytes}, path.Field("point_step"));
-  if (!status.ok()) return status;
-  if (layout.fields_size() > kMaxFields) {
-    return path.Field("fields").Error(
-        absl::StrCat("holds ", layout.fields_size(), ", must hold at most ", kMaxFields));
-  }
-  for (int i = 0; i < layout.fields_size(); ++i) {
-    status = CheckField(layout.fields(i), layout.point_step(), path.Item("fields", i));
-    if (!status.ok()) return status;
-  }
-  auto xyz = FindVector(layout, kCoordinates, path);
-  if (!xyz.ok()) return xyz.status();
-  if (!xyz->has_value()) return path.Field("fields").Error("must hold x, y and z");
-  auto normal = FindVector(layout, kNormals, path);
-  if (!normal.ok()) return normal.status();
-  return CloudLayout{.point_step = layout.point_step(), .xyz = **xyz, .normal = *normal};
-}
-
 absl::Status CheckCounts(const v1::IngestCloudHeader& header, const Limits& limits,
                          const FieldPath& path) {
   auto status =
@@ -137,40 +118,6 @@ absl::StatusOr<perception::SensorNoise> QuadraticNoise(const v1::SensorModel& mo
   return perception::SensorNoise{.model = perception::SensorModel::kGiven,
                                  .given_sigma_m = model.sigma_m(),
                                  .given_quadratic_per_m = quadratic_per_m};
-}
-
-absl::StatusOr<perception::SensorNoise> SensorNoiseFromProto(const v1::SensorModel& model,
-                                                             const FieldPath& path) {
-  perception::SensorNoise noise;
-  switch (model.kind()) {
-    case v1::SensorModel::KIND_UNSPECIFIED:
-    case v1::SensorModel::KIND_KINECT:
-      noise.model = perception::SensorModel::kKinect;
-      return noise;
-    case v1::SensorModel::KIND_REALSENSE:
-      noise.model = perception::SensorModel::kRealSense;
-      return noise;
-    case v1::SensorModel::KIND_TIME_OF_FLIGHT:
-      noise.model = perception::SensorModel::kTimeOfFlight;
-      return noise;
-    case v1::SensorModel::KIND_TILTING_LASER:
-      noise.model = perception::SensorModel::kTiltingLaser;
-      return noise;
-    case v1::SensorModel::KIND_CONSTANT:
-      break;
-    case v1::SensorModel::KIND_QUADRATIC:
-      return QuadraticNoise(model, path);
-    default:
-      return path.Field("kind").Error(absl::StrCat("is ", static_cast<int>(model.kind()),
-                                                   ", must be a known SensorModel.Kind"));
-  }
-  if (!(model.sigma_m() > 0 && model.sigma_m() <= kMaxSigma_m)) {
-    return path.Field("sigma_m").Error(
-        absl::StrCat("is ", model.sigma_m(), ", must be positive and at most ", kMaxSigma_m));
-  }
-  noise.model = perception::SensorModel::kGiven;
-  noise.given_sigma_m = model.sigma_m();
-  return noise;
 }
 
 void SetModeler(const v1::IngestOptions& options, perception::ModelerOptions& modeler) {
@@ -309,25 +256,132 @@ absl::StatusOr<IngestRequest> IngestRequestFromProto(const v1::IngestCloudHeader
 
 }  // namespace
 
-absl::StatusOr<CloudPlan> CloudPlanFromProto(const v1::IngestCloudHeader& header,
-                                             const Limits& limits, const FieldPath& path) {
-  auto layout = LayoutFromProto(header.layout(), path.Field("layout"));
+absl::StatusOr<CloudLayout> CloudLayoutFromProto(const v1::CloudLayout& layout,
+                                                 const FieldPath& path) {
+  auto status = CheckRange(layout.point_step(), {1, kMaxPointBytes}, path.Field("point_step"));
+  if (!status.ok()) return status;
+  if (layout.fields_size() > kMaxFields) {
+    return path.Field("fields").Error(
+        absl::StrCat("holds ", layout.fields_size(), ", must hold at most ", kMaxFields));
+  }
+  for (int i = 0; i < layout.fields_size(); ++i) {
+    status = CheckField(layout.fields(i), layout.point_step(), path.Item("fields", i));
+    if (!status.ok()) return status;
+  }
+  auto xyz = FindVector(layout, kCoordinates, path);
+  if (!xyz.ok()) return xyz.status();
+  if (!xyz->has_value()) return path.Field("fields").Error("must hold x, y and z");
+  auto normal = FindVector(layout, kNormals, path);
+  if (!normal.ok()) return normal.status();
+  return CloudLayout{.point_step = layout.point_step(), .xyz = **xyz, .normal = *normal};
+}
+
+absl::StatusOr<perception::SensorNoise> SensorNoiseFromProto(const v1::SensorModel& model,
+                                                             const FieldPath& path) {
+  perception::SensorNoise noise;
+  switch (model.kind()) {
+    case v1::SensorModel::KIND_UNSPECIFIED:
+    case v1::SensorModel::KIND_KINECT:
+      noise.model = perception::SensorModel::kKinect;
+      return noise;
+    case v1::SensorModel::KIND_REALSENSE:
+      noise.model = perception::SensorModel::kRealSense;
+      return noise;
+    case v1::SensorModel::KIND_TIME_OF_FLIGHT:
+      noise.model = perception::SensorModel::kTimeOfFlight;
+      return noise;
+    case v1::SensorModel::KIND_TILTING_LASER:
+      noise.model = perception::SensorModel::kTiltingLaser;
+      return noise;
+    case v1::SensorModel::KIND_CONSTANT:
+      break;
+    case v1::SensorModel::KIND_QUADRATIC:
+      return QuadraticNoise(model, path);
+    default:
+      return path.Field("kind").Error(absl::StrCat("is ", static_cast<int>(model.kind()),
+                                                   ", must be a known SensorModel.Kind"));
+  }
+  if (!(model.sigma_m() > 0 && model.sigma_m() <= kMaxSigma_m)) {
+    return path.Field("sigma_m").Error(
+        absl::StrCat("is ", model.sigma_m(), ", must be positive and at most ", kMaxSigma_m));
+  }
+  noise.model = perception::SensorModel::kGiven;
+  noise.given_sigma_m = model.sigma_m();
+  return noise;
+}
+
+namespace {
+
+absl::Status DescribePoints(const v1::IngestCloudHeader& header, const Limits& limits,
+                            const FieldPath& path, CloudPlan& plan) {
+  auto layout = CloudLayoutFromProto(header.layout(), path.Field("layout"));
   if (!layout.ok()) return layout.status();
   if (auto status = CheckCounts(header, limits, path); !status.ok()) return status;
-  auto request = IngestRequestFromProto(header, path);
-  if (!request.ok()) return request.status();
-  CloudPlan plan{.world = header.world(),
-                 .world_uid = header.world_uid(),
-                 .layout = *layout,
-                 .point_count = header.point_count(),
-                 .total_bytes = header.total_bytes(),
-                 .request = *std::move(request),
-                 .time_budget = std::nullopt,
-                 .want_point_labels = header.want_point_labels()};
-  if (auto status = TakePlacing(header, path, plan); !status.ok()) return status;
+  plan.layout = *layout;
+  plan.point_count = header.point_count();
+  plan.total_bytes = header.total_bytes();
   const bool organised = header.height() > 1;
   plan.request.cloud.width = organised ? header.width() : static_cast<int>(header.point_count());
   plan.request.cloud.height = organised ? header.height() : 1;
+  return absl::OkStatus();
+}
+
+// The number may be absent, since the image tells it.
+absl::Status CheckAgrees(std::int64_t given, std::int64_t of_image, const FieldPath& path) {
+  if (given == 0 || given == of_image) return absl::OkStatus();
+  return path.Error(
+      absl::StrCat("is ", given, ", must be absent or ", of_image, ", as the depth image says"));
+}
+
+absl::Status DescribeDepth(const v1::IngestCloudHeader& header, const Limits& limits,
+                           const FieldPath& path, CloudPlan& plan) {
+  for (const auto& [is_set, field] :
+       {std::pair{header.has_layout(), "layout"}, std::pair{header.has_viewpoint(), "viewpoint"},
+        std::pair{header.scale() != 0, "scale"},
+        std::pair{header.frame() == v1::CLOUD_FRAME_WORLD, "frame"}}) {
+    if (is_set) return path.Field(field).Error("is set, must be absent with a depth image");
+  }
+  auto depth = DepthPlanFromProto(header.depth(), path.Field("depth"));
+  if (!depth.ok()) return depth.status();
+  const auto pixels = static_cast<std::int64_t>(depth->camera.pixel_count());
+  const FieldPath layout = path.Field("depth");
+  if (auto status = CheckRange(pixels, {1, limits.max_cloud_points}, layout); !status.ok()) {
+    return status;
+  }
+  const absl::Status checks[] = {
+      CheckAgrees(header.width(), depth->camera.width, path.Field("width")),
+      CheckAgrees(header.height(), depth->camera.height, path.Field("height")),
+      CheckAgrees(header.point_count(), pixels, path.Field("point_count")),
+      CheckAgrees(header.total_bytes(), depth->byte_count(), path.Field("total_bytes"))};
+  for (const absl::Status& check : checks) {
+    if (!check.ok()) return check;
+  }
+  plan.depth = *depth;
+  plan.point_count = pixels;
+  plan.total_bytes = depth->byte_count();
+  plan.request.cloud.width = depth->camera.width;
+  plan.request.cloud.height = depth->camera.height;
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<CloudPlan> CloudPlanFromProto(const v1::IngestCloudHeader& header,
+                                             const Limits& limits, const FieldPath& path) {
+  CloudPlan plan;
+  plan.world = header.world();
+  plan.world_uid = header.world_uid();
+  plan.want_point_labels = header.want_point_labels();
+  const absl::Status described = header.has_depth() ? DescribeDepth(header, limits, path, plan)
+                                                    : DescribePoints(header, limits, path, plan);
+  if (!described.ok()) return described;
+  const perception::PointCloud size = plan.request.cloud;
+  auto request = IngestRequestFromProto(header, path);
+  if (!request.ok()) return request.status();
+  plan.request = *std::move(request);
+  plan.request.cloud.width = size.width;
+  plan.request.cloud.height = size.height;
+  if (auto status = TakePlacing(header, path, plan); !status.ok()) return status;
   if (header.has_time_budget()) {
     auto budget = DurationFromProto(header.time_budget(), path.Field("time_budget"));
     if (!budget.ok()) return budget.status();

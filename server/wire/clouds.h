@@ -15,6 +15,7 @@
 #include "server/core/geometry_store.h"
 #include "server/core/ingest.h"
 #include "server/core/limits.h"
+#include "server/wire/depth_images.h"
 #include "server/wire/field_path.h"
 
 namespace cwm::server {
@@ -38,11 +39,21 @@ struct CloudLayout {
   std::optional<VectorField> normal;
 };
 
+absl::StatusOr<CloudLayout> CloudLayoutFromProto(const v1::CloudLayout& layout,
+                                                 const FieldPath& path);
+absl::StatusOr<perception::SensorNoise> SensorNoiseFromProto(const v1::SensorModel& model,
+                                                             const FieldPath& path);
+
+// The coordinates of points as they are sent, in single precision.
+std::vector<Eigen::Vector3f> ReadPoints(const CloudLayout& layout, std::string_view bytes,
+                                        std::size_t count);
+
 // A checked header.
 struct CloudPlan {
   std::string world;
   std::string world_uid;  // must match unless empty
   CloudLayout layout;
+  std::optional<DepthPlan> depth = {};  // the bytes are a depth image in place of points
   std::int64_t point_count = 0;
   std::int64_t total_bytes = 0;
   double scale = 1;  // metres per unit of the coordinates

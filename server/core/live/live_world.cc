@@ -1,0 +1,488 @@
+#include "server/core/live/live_world.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/core/error.h"
+
+namespace cwm::server {
+namespace {
+
+using perception::BodyEvidence;
+using perception::FrameEvidence;
+using perception::Stamp;
+
+// chosen: sightings are told to the second.
+constexpr auto kSightingPeriod = std::chrono::seconds(1);
+
+double Milliseconds(Clock::duration time) {
+  return std::chrono::duration<double, std::milli>(time).count();
+}
+
+FrameOutcome Refused(const Pose& X_WC, std::string reason, std::string message) {
+  return {.fate = FrameFate::kRefused,
+          .reason = std::move(reason),
+          .message = std::move(message),
+          .X_WC = X_WC};
+}
+
+FrameOutcome RefusedBy(const absl::Status& status) {
+  std::string reason = DetailsOf(status).reason;
+  if (reason.empty()) reason = absl::StatusCodeToString(status.code());
+  return Refused(Pose::Identity(), std::move(reason), std::string(status.message()));
+}
+
+FrameOutcome Stale(Stamp stamp, Stamp newest) {
+  const std::chrono::duration<double, std::milli> late = newest - stamp;
+  return Refused(Pose::Identity(), "STALE_FRAME",
+                 late.count() > 0
+                     ? absl::StrCat("frame_stamp: is ", late.count(),
+                                    " ms older than the newest processed frame of its sensor, "
+                                    "must be newer")
+                     : "frame_stamp: is that of the newest processed frame of its sensor, must be "
+                       "newer");
+}
+
+SensorFacts FactsFrom(const perception::TrackedFacts& tracked) {
+  SensorFacts facts{.identity_certain = tracked.identity_certain, .carried_by = tracked.carried_by};
+  switch (tracked.motion) {
+    case perception::Motion::kAtRest:
+      facts.motion = SensorFacts::Motion::kAtRest;
+      break;
+    case perception::Motion::kMoving:
+      facts.motion = SensorFacts::Motion::kMoving;
+      break;
+    case perception::Motion::kSettling:
+      facts.motion = SensorFacts::Motion::kSettling;
+      break;
+  }
+  switch (tracked.visibility) {
+    case perception::Visibility::kVisible:
+      facts.visibility = SensorFacts::Visibility::kVisible;
+      break;
+    case perception::Visibility::kOccluded:
+      facts.visibility = SensorFacts::Visibility::kOccluded;
+      break;
+    case perception::Visibility::kStale:
+      facts.visibility = SensorFacts::Visibility::kStale;
+      break;
+    case perception::Visibility::kLost:
+      facts.visibility = SensorFacts::Visibility::kLost;
+      break;
+  }
+  return facts;
+}
+
+absl::Status CheckMount(const SensorMount& mount, const collision::WorldSnapshot& snapshot) {
+  const collision::WorldRobotPtr robot = snapshot.FindRobot(mount.robot);
+  if (robot == nullptr) {
+    return MakeError(absl::StatusCode::kNotFound,
+                     absl::StrCat("calibration.mount.robot: there is no robot \"", mount.robot,
+                                  "\" in this world"),
+                     {.reason = "ROBOT_UNKNOWN", .metadata = {{"robot", mount.robot}}});
+  }
+  if (robot->model().FindLink(mount.link).has_value()) return absl::OkStatus();
+  return MakeError(
+      absl::StatusCode::kFailedPrecondition,
+      absl::StrCat("calibration.mount.link: the robot \"", mount.robot, "\" has no link \"",
+                   mount.link, "\""),
+      {.reason = "LINK_UNKNOWN", .metadata = {{"robot", mount.robot}, {"link", mount.link}}});
+}
+
+void Append(const FrameChanges& from, FrameChanges& to) {
+  const auto append = [](const std::vector<std::string>& names, std::vector<std::string>& all) {
+    all.insert(all.end(), names.begin(), names.end());
+  };
+  append(from.added, to.added);
+  append(from.moved, to.moved);
+  append(from.replaced, to.replaced);
+  append(from.removed, to.removed);
+  append(from.movers, to.movers);
+}
+
+bool HasReturn(const perception::PixelCounts& pixels) {
+  std::int64_t others = 0;
+  for (std::size_t c = 0; c < pixels.size(); ++c) {
+    if (c != static_cast<std::size_t>(perception::PixelClass::kMissing)) others += pixels[c];
+  }
+  return others > 0;
+}
+
+// The stages of a frame, each from the end of the one before.
+class Stages {
+ public:
+  explicit Stages(const LiveFrame& frame) : last_(frame.received) {
+    End("receive", frame.begun);
+    End("decode", frame.decoded);
+  }
+  void End(const char* stage, Clock::time_point now = Clock::now()) {
+    times_.push_back({.stage = stage, .elapsed_ms = Milliseconds(now - last_)});
+    last_ = now;
+  }
+  std::vector<perception::StageTime> Take() { return std::move(times_); }
+  Clock::time_point last() const { return last_; }
+
+ private:
+  std::vector<perception::StageTime> times_;
+  Clock::time_point last_;
+};
+
+}  // namespace
+
+absl::Status SensorUnknown(const std::string& sensor) {
+  return MakeError(absl::StatusCode::kNotFound,
+                   absl::StrCat("no sensor \"", sensor, "\" streams into this world"),
+                   {.reason = "SENSOR_UNKNOWN", .metadata = {{"sensor", sensor}}});
+}
+
+SensorStream::SensorStream(std::shared_ptr<LiveWorld> world, std::shared_ptr<SensorSession> session,
+                           std::uint64_t number)
+    : world_(std::move(world)), session_(std::move(session)), number_(number) {}
+
+SensorStream::~SensorStream() { session_->End(number_, Clock::now()); }
+
+absl::StatusOr<FrameOutcome> SensorStream::Process(const LiveFrame& frame) {
+  auto outcome = world_->Process(session_, number_, frame);
+  if (outcome.ok() && outcome->fate == FrameFate::kRefused) session_->NoteRefused();
+  return outcome;
+}
+
+std::optional<perception::DepthCamera> SensorStream::camera() const {
+  const std::lock_guard lock(session_->comparison.mutex);
+  if (session_->comparison.view == nullptr) return std::nullopt;
+  return session_->comparison.camera;
+}
+
+LiveWorld::LiveWorld(std::shared_ptr<World> world, LiveServices services)
+    : world_(std::move(world)), services_(std::move(services)) {}
+
+absl::StatusOr<std::unique_ptr<SensorStream>> LiveWorld::Open(const SensorCalibration& calibration,
+                                                              EndStream end) {
+  if (calibration.mount.has_value()) {
+    if (auto status = CheckMount(*calibration.mount, *world_->Tip()); !status.ok()) return status;
+  }
+  Session session;
+  {
+    const std::lock_guard lock(sensors_mutex_);
+    if (has_ended_) return end_reason_;
+    const auto found = sessions_.find(calibration.sensor);
+    if (found != sessions_.end()) {
+      session = found->second;
+    } else if (sessions_.size() >= kMaxSensors) {
+      return MakeError(absl::StatusCode::kResourceExhausted,
+                       absl::StrCat("the world has ", sessions_.size(),
+                                    " sensors, it may have at most ", kMaxSensors),
+                       {.reason = "TOO_MANY_SENSORS"});
+    } else {
+      session = std::make_shared<SensorSession>(calibration);
+      sessions_.emplace(calibration.sensor, session);
+    }
+  }
+  const std::uint64_t number = session->Begin(calibration, std::move(end));
+  return std::make_unique<SensorStream>(shared_from_this(), std::move(session), number);
+}
+
+absl::StatusOr<Pose> LiveWorld::PoseAt(const SensorCalibration& calibration, const LiveFrame& frame,
+                                       const collision::WorldSnapshot& snapshot) const {
+  if (frame.X_WC.has_value()) return *frame.X_WC;
+  if (calibration.mount.has_value()) {
+    const SensorMount& mount = *calibration.mount;
+    const collision::WorldRobotPtr robot = snapshot.FindRobot(mount.robot);
+    const auto link = robot == nullptr ? std::nullopt : robot->model().FindLink(mount.link);
+    if (!link.has_value()) {
+      return MakeError(absl::StatusCode::kFailedPrecondition,
+                       absl::StrCat("the link ", mount.robot, "/", mount.link,
+                                    " that carries the sensor is no longer there"),
+                       {.reason = "ROBOT_STATE_MISSING"});
+    }
+    return robot->X_WL[static_cast<std::size_t>(*link)] * mount.X_LC;
+  }
+  if (calibration.X_WC.has_value()) return *calibration.X_WC;
+  const std::optional<SensorPose> kept = world_->SensorPoseOf(calibration.sensor);
+  if (kept.has_value() && kept->given) return kept->X_WC;
+  return InvalidField("frame.x_world_sensor",
+                      "is absent, must be set: neither the calibration nor an earlier scan tells "
+                      "the sensor's pose");
+}
+
+absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uint64_t stream,
+                                                const LiveFrame& frame) {
+  Stages stages(frame);
+  SensorComparison& comparison = session->comparison;
+  const std::lock_guard comparing(comparison.mutex);
+  if (absl::Status owns = session->CheckOwner(stream); !owns.ok()) {
+    const std::lock_guard lock(sensors_mutex_);
+    return has_ended_ ? end_reason_ : owns;
+  }
+  if (comparison.newest.has_value() && frame.stamp <= *comparison.newest) {
+    FrameOutcome stale = Stale(frame.stamp, *comparison.newest);
+    stale.revision = world_->Snapshot()->revision();
+    return stale;
+  }
+  const SensorCalibration calibration = session->calibration();
+  const std::shared_ptr<const BodyTable> bodies = numbers_.TableOf(world_->Tip());
+  const absl::StatusOr<Pose> X_WC = PoseAt(calibration, frame, *bodies->snapshot);
+  if (!X_WC.ok()) {
+    FrameOutcome refused = RefusedBy(X_WC.status());
+    refused.revision = bodies->snapshot->revision();
+    return refused;
+  }
+  if (comparison.view == nullptr || comparison.camera != frame.camera) {
+    comparison.view = std::make_unique<perception::SensorView>(calibration.sensor, frame.camera,
+                                                               calibration.noise);
+    comparison.camera = frame.camera;
+  }
+  stages.End("robot");
+  comparison.newest = frame.stamp;
+  const FrameEvidence evidence = comparison.view->Observe(
+      {.stamp = frame.stamp, .X_WC = *X_WC, .image = frame.image}, bodies->bodies, {});
+  NoteSightings(evidence, *bodies, comparison);
+  stages.End("compare");
+  FrameOutcome outcome{.X_WC = *X_WC};
+  outcome.pixels = evidence.classes->counts;
+  std::uint64_t number = 0;
+  {
+    const std::lock_guard sequence(sequencer_);
+    number = ++last_frame_;
+    const std::vector<perception::TrackChange> changes = Track(evidence, bodies, session);
+    stages.End("track");
+    auto written = Publish(changes, evidence.sensor, bodies);
+    if (!written.ok()) {
+      if (absl::IsNotFound(written.status())) return written.status();  // WORLD_DELETED
+      FrameOutcome refused = RefusedBy(written.status());
+      refused.revision = world_->Snapshot()->revision();
+      return refused;
+    }
+    outcome.revision = written->revision;
+    outcome.changes = std::move(written->changes);
+    Append(std::exchange(comparison.interpreted, {}), outcome.changes);
+    outcome.interpreting = regions_asked_ > 0;
+  }
+  StartRegions();
+  stages.End("publish");
+  const double latency_ms = Milliseconds(stages.last() - frame.received);
+  const std::chrono::duration<double, std::milli> delay =
+      std::chrono::system_clock::now() - frame.stamp;
+  session->NoteProcessed(
+      std::make_shared<const DisplayFrame>(DisplayFrame{.number = number,
+                                                        .sensor = calibration.sensor,
+                                                        .stamp = frame.stamp,
+                                                        .X_WC = *X_WC,
+                                                        .camera = frame.camera,
+                                                        .image = frame.image,
+                                                        .classes = evidence.classes,
+                                                        .revision = outcome.revision,
+                                                        .latency_ms = latency_ms}),
+      delay.count() - latency_ms);
+  outcome.stages = stages.Take();
+  if (outcome.reason.empty() && !HasReturn(outcome.pixels)) {
+    outcome.reason = "NO_RETURN";
+    outcome.message = absl::StrCat("no pixel has a depth from ", frame.camera.least_range_m, " to ",
+                                   frame.camera.greatest_range_m, " m");
+  }
+  return outcome;
+}
+
+std::vector<perception::TrackChange> LiveWorld::Track(
+    const Evidence& evidence, const std::shared_ptr<const BodyTable>& bodies,
+    const Session& session) {
+  session->set_tracked(true);
+  perception::StepResult step = tracker_.Step(evidence, bodies->bodies);
+  PublishFacts(step, *bodies);
+  for (perception::RegionRequest& request : step.requests) {
+    RegionJob job{.sensor = evidence.sensor,
+                  .request = std::move(request),
+                  .frame = evidence,
+                  .bodies = bodies,
+                  .max_threads = services_.max_threads,
+                  .threads_now = services_.threads_now};
+    for (const Gone& each : gone_) job.gone.push_back(each.object);
+    regions_.push_back({session, std::make_shared<const RegionJob>(std::move(job))});
+    ++regions_asked_;
+  }
+  return std::move(step.changes);
+}
+
+absl::StatusOr<LiveWritten> LiveWorld::Publish(const std::vector<perception::TrackChange>& changes,
+                                               const std::string& sensor,
+                                               const std::shared_ptr<const BodyTable>& bodies) {
+  if (changes.empty()) return LiveWritten{.revision = world_->Snapshot()->revision()};
+  auto written = Commit(*world_, {.bodies = bodies, .changes = changes, .sensor = sensor}, movers_);
+  if (!written.ok()) return written.status();
+  const Clock::time_point now = Clock::now();
+  std::erase_if(gone_, [&](const Gone& each) { return now - each.when > kKeepTime; });
+  for (collision::WorldObjectPtr& object : written->removed) {
+    gone_.push_back({std::move(object), now});
+  }
+  return written;
+}
+
+void LiveWorld::PublishFacts(const perception::StepResult& step, const BodyTable& bodies) {
+  for (const perception::BodyId id : step.facts_changed) {
+    const collision::WorldObjectPtr object = bodies.Find(id);
+    if (object == nullptr) continue;
+    has_facts_ = true;
+    world_->observations().SetFacts(object->name, FactsFrom(tracker_.FactsOf(id)),
+                                    *bodies.snapshot);
+  }
+}
+
+// Seeing an object makes no revision, nor is it journaled.
+void LiveWorld::NoteSightings(const Evidence& evidence, const BodyTable& bodies,
+                              SensorComparison& at) {
+  if (at.recorded.has_value() && evidence.stamp - *at.recorded < kSightingPeriod) return;
+  at.recorded = evidence.stamp;
+  std::vector<Sighting> sightings;
+  for (const BodyEvidence& body : evidence.bodies) {
+    // Half of what could be seen shows the body where it is.
+    if (body.consistent == 0 || 2 * body.consistent < body.expected - body.hidden) continue;
+    const collision::WorldObjectPtr object = bodies.Find(body.id);
+    if (object != nullptr) sightings.push_back({.name = object->name});
+  }
+  world_->observations().Record(sightings, evidence.stamp, *bodies.snapshot);
+}
+
+// One region at a time: an interpretation uses all cores by itself.
+void LiveWorld::StartRegions() {
+  Waiting next;
+  {
+    const std::lock_guard sequence(sequencer_);
+    if (region_runs_ || regions_.empty()) return;
+    region_runs_ = true;
+    next = std::move(regions_.front());
+    regions_.pop_front();
+  }
+  const bool is_taken = services_.run_beside([self = shared_from_this(), next] {
+    self->InterpretRegion(next.session, *next.job);
+    self->StartRegions();
+  });
+  if (is_taken) return;
+  const std::lock_guard sequence(sequencer_);
+  regions_.push_front(std::move(next));  // the next frame tries again
+  region_runs_ = false;
+}
+
+void LiveWorld::InterpretRegion(const Session& session, const RegionJob& job) {
+  const auto outcome = IngestRegion(*world_, job, services_.interpret, stop_.get_token());
+  SensorComparison& comparison = session->comparison;
+  const std::lock_guard comparing(comparison.mutex);
+  const std::lock_guard sequence(sequencer_);
+  region_runs_ = false;
+  --regions_asked_;
+  // A region that could not be interpreted is asked for again when it rests again.
+  const std::vector<std::int32_t> same = tracker_.Finish(job.sensor, job.request.number);
+  if (!outcome.ok()) return;
+  Append(outcome->changes, comparison.interpreted);
+  for (const std::string& name : outcome->returned) {
+    std::erase_if(gone_, [&](const Gone& each) { return each.object->name == name; });
+  }
+  if (comparison.view != nullptr && !same.empty()) comparison.view->Accept(same);
+}
+
+std::vector<LiveWorld::Session> LiveWorld::Sessions() const {
+  const std::lock_guard lock(sensors_mutex_);
+  std::vector<Session> sessions;
+  for (const auto& [name, session] : sessions_) sessions.push_back(session);
+  return sessions;
+}
+
+std::vector<SensorStatus> LiveWorld::Sensors() const {
+  const Clock::time_point now = Clock::now();
+  std::vector<SensorStatus> sensors;
+  for (const Session& session : Sessions()) sensors.push_back(session->status(now));
+  return sensors;
+}
+
+bool LiveWorld::Has(const std::string& sensor) const {
+  const std::lock_guard lock(sensors_mutex_);
+  return sessions_.contains(sensor);
+}
+
+absl::Status LiveWorld::SetSensorPose(const std::string& sensor, const Pose& X_WC) {
+  for (const Session& session : Sessions()) {
+    const SensorCalibration calibration = session->calibration();
+    if (calibration.sensor != sensor) continue;
+    if (calibration.mount.has_value()) {
+      return MakeError(
+          absl::StatusCode::kFailedPrecondition,
+          absl::StrCat("the sensor \"", sensor, "\" is on ", calibration.mount->robot, "/",
+                       calibration.mount->link, ", its place there is set by its calibration"),
+          {.reason = "SENSOR_ON_ROBOT", .metadata = {{"sensor", sensor}}});
+    }
+    session->SetPose(X_WC);
+    return absl::OkStatus();
+  }
+  return SensorUnknown(sensor);
+}
+
+std::vector<std::shared_ptr<const DisplayFrame>> LiveWorld::FramesAfter(
+    std::uint64_t number, const std::string& sensor) const {
+  std::vector<std::shared_ptr<const DisplayFrame>> frames;
+  for (const Session& session : Sessions()) {
+    auto frame = session->newest_frame();
+    if (frame == nullptr || frame->number <= number) continue;
+    if (sensor.empty() || frame->sensor == sensor) frames.push_back(std::move(frame));
+  }
+  std::ranges::sort(frames, {}, [](const auto& frame) { return frame->number; });
+  return frames;
+}
+
+void LiveWorld::ForgetGone(Clock::time_point now) {
+  bool is_any_tracked = false;
+  for (const Session& session : Sessions()) {
+    const Clock::duration silent = now - session->last_active();
+    if (session->is_tracked()) {
+      const bool is_gone = silent > (session->is_streaming() ? Clock::duration(kSilentTime)
+                                                             : Clock::duration(kGoneTime));
+      if (is_gone) ForgetMovers(*session);
+      is_any_tracked |= session->is_tracked();
+    }
+    if (session->is_streaming() || silent < kKeepTime) continue;
+    session->Forget();
+    const std::lock_guard comparing(session->comparison.mutex);
+    session->comparison.view.reset();
+    session->comparison.newest.reset();
+    session->comparison.recorded.reset();
+  }
+  if (!is_any_tracked) ClearFacts();
+  StartRegions();
+}
+
+void LiveWorld::ForgetMovers(SensorSession& session) {
+  const std::string sensor = session.calibration().sensor;
+  const std::lock_guard sequence(sequencer_);
+  const std::vector<perception::TrackChange> changes = tracker_.ForgetSensor(sensor);
+  session.set_tracked(false);
+  if (changes.empty()) return;
+  const auto bodies = numbers_.TableOf(world_->Tip());
+  // Fails only if the world was deleted, or if its disk is full: a later sensor or the next start
+  // takes them away then.
+  Publish(changes, sensor, bodies).status().IgnoreError();
+}
+
+void LiveWorld::ClearFacts() {
+  const std::lock_guard sequence(sequencer_);
+  if (!std::exchange(has_facts_, false)) return;
+  const SnapshotPtr snapshot = world_->Snapshot();
+  for (const collision::WorldObjectPtr& object : snapshot->objects()) {
+    world_->observations().SetFacts(object->name, std::nullopt, *snapshot);
+  }
+}
+
+bool LiveWorld::has_streams() const {
+  return std::ranges::any_of(Sessions(),
+                             [](const Session& session) { return session->is_streaming(); });
+}
+
+void LiveWorld::End(const absl::Status& reason) {
+  {
+    const std::lock_guard lock(sensors_mutex_);
+    if (std::exchange(has_ended_, true)) return;
+    end_reason_ = reason;
+  }
+  stop_.request_stop();
+  for (const Session& session : Sessions()) session->EndOpenStream(reason);
+}
+
+}  // namespace cwm::server
