@@ -2,9 +2,12 @@
 // rest.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
+#include <string>
 
+#include "perception/live/expected_view.h"
 #include "perception/live/frame_evidence.h"
 #include "perception/live/robot_mask.h"
 
@@ -23,14 +26,24 @@ class SensorView {
   SensorView(std::string sensor, const DepthCamera& camera, const SensorNoise& noise);
   ~SensorView();
 
+  // The view of the bodies that the next frame will be compared with, for those who need it before
+  // Observe, such as the robot's mask. Observe does not render it again.
+  const ExpectedView& Expect(std::span<const KnownBody> bodies, const Pose& X_WC);
+
   // Compares the frame with the bodies and with the reference, and lets the reference learn from
   // pixels at rest. Frames come in the order of their stamps. A change of X_WC forgets the
-  // reference.
+  // reference. The bodies have different ids.
+  //
+  // Until the reference is usable (three frames), and while the sensor moves, frames are compared
+  // with the expected view alone. The first frames become the reference except where they
+  // contradict a known body; such places stay hot until the world or Accept resolves it.
+  // When a body is given another pose, the reference moves with it; when a body comes, goes or
+  // changes, the reference is kept in pixels that still look as before, and learnt anew in others.
   FrameEvidence Observe(const SensorFrame& frame, std::span<const KnownBody> bodies,
                         const RobotMask& robots);
 
   // Takes the last frame as the reference in these blocks: what they show was interpreted, and the
-  // world holds what could be told of it.
+  // world holds what could be told of it. Not in pixels of robots, nor while the sensor moves.
   void Accept(std::span<const std::int32_t> blocks);
 
  private:

@@ -1,0 +1,61 @@
+// What a frame says about each known body in it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "perception/live/compare_frame.h"
+#include "perception/live/expected_view.h"
+#include "perception/live/frame_evidence.h"
+#include "perception/live/pixel_rays.h"
+#include "perception/live/reference_image.h"
+
+namespace cwm::perception {
+
+// Measures how the depths of a body's pixels differ from the reference, as a rigid motion. The
+// pixels and their derivatives are kept while body, view and reference stay, so that a frame costs
+// six multiply-adds per pixel, of which no body has more than kMaxMotionPixels.
+//
+// A surface point q, relative to the body's origin, with normal n that moves by v + w x q changes
+// the depth along the ray d, of depth 1, by n * (v + w x q) / (n * d).
+class MotionTemplate {
+ public:
+  // chosen: noise is correlated over some pixels, so pixels farther apart than that hold nearly all
+  // of the information of an object's surface.
+  static constexpr int kMaxMotionPixels = 400;
+
+  // Selects pixels evenly among those of the body that have a reference, away from its edges and
+  // not seen at a grazing angle. The body is seen in `pixels` pixels.
+  void Build(const KnownBody& body, int pixels, const ExpectedView& view, const DepthCamera& camera,
+             const PixelRays& rays, const Pose& X_WC, const ReferenceImage& reference);
+
+  // Adds the evidence of one frame: of pixels that are kConsistent, or differ by at most
+  // kExplainedWithin_m. What is farther before or behind the body says nothing about its motion.
+  void Measure(const DepthImage& image, const FrameClasses& classes,
+               const ReferenceImage& reference, BodyEvidence& evidence) const;
+
+ private:
+  struct Sample {
+    std::array<float, 6> derivative = {};  // of the depth by the twist
+    float weight = 0;
+    std::int32_t pixel = 0;
+  };
+
+  std::vector<Sample> samples_;
+  Matrix6 information_ = Matrix6::Zero();  // of all samples
+};
+
+// Fills `is_hot` for every body of the evidence that has pixels in hot blocks or within
+// kBesideOutline_px of one.
+inline constexpr int kBesideOutline_px = 4;
+void MarkHotBodies(const FrameClasses& classes, const std::vector<BodyId>& body,
+                   std::span<BodyEvidence> evidence);
+
+// The points that may be of a body: see BodyEvidence::points_L.
+std::vector<Eigen::Vector3f> PointsOfBody(BodyId id, const ExpectedView& view,
+                                          const DepthImage& image, const DepthCamera& camera,
+                                          const FrameClasses& classes, const PixelRays& rays);
+
+}  // namespace cwm::perception

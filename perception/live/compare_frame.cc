@@ -1,0 +1,152 @@
+#include "perception/live/compare_frame.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <limits>
+
+namespace cwm::perception {
+namespace {
+
+constexpr auto kConsistentByte = static_cast<std::uint8_t>(PixelClass::kConsistent);
+constexpr auto kMissingShift = 2;
+static_assert(1 << kMissingShift == static_cast<int>(PixelClass::kMissing));
+constexpr std::size_t kBytesPerWord = 8;
+
+// kConsistent within the gates, kMissing at 0, else 0. No branches: the compiler vectorises it.
+void CompareWithGates(const float* depth_m, const float* low_m, const float* high_m,
+                      std::size_t count, std::uint8_t* classes) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const float z = depth_m[i];
+    const int is_within = static_cast<int>(z >= low_m[i]) & static_cast<int>(z <= high_m[i]);
+    classes[i] = static_cast<std::uint8_t>(is_within | static_cast<int>(z == 0) << kMissingShift);
+  }
+}
+
+// Calls visit(i) for each byte of [begin, end) that is not kConsistent.
+template <class Visit>
+void ForInconsistent(const std::uint8_t* classes, std::size_t begin, std::size_t end,
+                     const Visit& visit) {
+  std::size_t i = begin;
+  if constexpr (std::endian::native == std::endian::little) {
+    constexpr std::uint64_t kAllConsistent = 0x0101010101010101ULL * kConsistentByte;
+    for (; i + kBytesPerWord <= end; i += kBytesPerWord) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, classes + i, kBytesPerWord);
+      word ^= kAllConsistent;
+      while (word != 0) {
+        const int byte = std::countr_zero(word) / 8;
+        visit(i + static_cast<std::size_t>(byte));
+        word &= ~(std::uint64_t{0xFF} << (8 * byte));
+      }
+    }
+  }
+  for (; i < end; ++i) {
+    if (classes[i] != kConsistentByte) visit(i);
+  }
+}
+
+void Overlay(const RobotMask& robots, const DepthCamera& camera, std::uint8_t* classes) {
+  if (robots.empty()) return;
+  for (int v = std::max(0, robots.v_begin); v < std::min(camera.height, robots.v_end); ++v) {
+    const std::size_t row = static_cast<std::size_t>(v) * camera.width;
+    for (int u = std::max(0, robots.u_begin); u < std::min(camera.width, robots.u_end); ++u) {
+      const std::uint8_t robot = robots.pixels[row + u];
+      if (robot != 0) classes[row + u] = robot;
+    }
+  }
+}
+
+// The class of a depth that is outside of the gates.
+class DeviationJudge {
+ public:
+  explicit DeviationJudge(const KnownView& known) : known_(known) {}
+
+  PixelClass At(std::size_t i, float z) const {
+    if (known_.reference != nullptr && known_.reference->Knows(i)) {
+      return z < known_.reference->low_m()[i] ? PixelClass::kNearer : PixelClass::kFarther;
+    }
+    if (z < known_.gates->low_m()[i]) return PixelClass::kNearer;
+    return z <= known_.gates->high_m()[i] ? PixelClass::kConsistent : PixelClass::kFarther;
+  }
+
+  // False for a pixel about which nothing is known yet.
+  bool CountsForBlock(std::size_t i) const {
+    return !known_.is_first || (*known_.expected_m)[i] != std::numeric_limits<float>::infinity();
+  }
+
+ private:
+  const KnownView& known_;
+};
+
+void Increment(std::uint8_t& count) { ++count; }  // a block has at most 64 pixels
+
+void FindHotBlocks(const std::size_t block_count, BlockCounts& blocks, FrameClasses& classes) {
+  for (std::size_t i = 0; i < block_count; ++i) {
+    const int count = std::max(blocks.nearer[i], blocks.farther[i]);
+    const bool is_over = count >= kHotPixels;
+    const bool stays = blocks.was_over[i] != 0 && count >= kHotPixels / 2;
+    blocks.was_over[i] = static_cast<std::uint8_t>(is_over);
+    classes.hot_blocks[i] = static_cast<std::uint8_t>(is_over || stays);
+  }
+}
+
+}  // namespace
+
+BodyPixels::BodyPixels() : counts_(static_cast<std::size_t>(kNoBody) + 1, PixelCounts()) {}
+
+void CompareFrame(const DepthImage& image, const DepthCamera& camera, const KnownView& known,
+                  const RobotMask& robots, FrameClasses& classes, BodyPixels& by_body,
+                  BlockCounts& blocks) {
+  classes.width = camera.width;
+  classes.height = camera.height;
+  classes.block_columns = (camera.width + kBlock_px - 1) / kBlock_px;
+  classes.block_rows = (camera.height + kBlock_px - 1) / kBlock_px;
+  const std::size_t pixel_count = camera.pixel_count();
+  const auto block_count = static_cast<std::size_t>(classes.block_columns) * classes.block_rows;
+  classes.pixels.resize(pixel_count);
+  classes.hot_blocks.resize(block_count);
+  blocks.nearer.assign(block_count, 0);
+  blocks.farther.assign(block_count, 0);
+  blocks.was_over.resize(block_count, 0);
+
+  const float* const depth_m = image.depth_m.data();
+  const bool has_reference = known.reference != nullptr;
+  const auto& low_m = has_reference ? known.reference->low_m() : known.gates->low_m();
+  const auto& high_m = has_reference ? known.reference->high_m() : known.gates->high_m();
+  auto* const bytes = reinterpret_cast<std::uint8_t*>(classes.pixels.data());
+  CompareWithGates(depth_m, low_m.data(), high_m.data(), pixel_count, bytes);
+  Overlay(robots, camera, bytes);
+
+  const DeviationJudge judge(known);
+  const std::vector<BodyId>& bodies = *known.body;
+  PixelCounts counts = {};
+  std::int64_t inconsistent = 0;
+  for (int v = 0; v < camera.height; ++v) {
+    const std::size_t row = static_cast<std::size_t>(v) * camera.width;
+    const std::size_t block_row = static_cast<std::size_t>(v / kBlock_px) * classes.block_columns;
+    ForInconsistent(bytes, row, row + camera.width, [&](std::size_t i) {
+      PixelClass& pixel = classes.pixels[i];
+      if (bytes[i] == 0) {
+        const float z = depth_m[i];
+        const bool is_return = z >= camera.least_range_m && z <= camera.greatest_range_m;
+        pixel = is_return ? judge.At(i, z) : PixelClass::kMissing;
+        if (pixel == PixelClass::kConsistent) return;
+        if (is_return && judge.CountsForBlock(i)) {
+          const std::size_t block = block_row + (i - row) / kBlock_px;
+          Increment(pixel == PixelClass::kNearer ? blocks.nearer[block] : blocks.farther[block]);
+        }
+      }
+      const auto index = static_cast<std::size_t>(pixel);
+      ++counts[index];
+      ++inconsistent;
+      ++by_body.of(bodies[i])[index];
+    });
+  }
+  counts[static_cast<std::size_t>(PixelClass::kConsistent)] =
+      static_cast<std::int64_t>(pixel_count) - inconsistent;
+  classes.counts = counts;
+  FindHotBlocks(block_count, blocks, classes);
+}
+
+}  // namespace cwm::perception

@@ -1,0 +1,56 @@
+// Compares a frame with what is known, pixel by pixel.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "perception/live/expected_gates.h"
+#include "perception/live/frame_classes.h"
+#include "perception/live/known_body.h"
+#include "perception/live/reference_image.h"
+#include "perception/live/robot_mask.h"
+
+namespace cwm::perception {
+
+struct KnownView {
+  const std::vector<float>* expected_m = nullptr;  // infinite where nothing is expected
+  const std::vector<BodyId>* body = nullptr;
+  const ExpectedGates* gates = nullptr;
+  const ReferenceImage* reference = nullptr;  // null: the sensor moves
+  // The sensor has just begun to learn its reference: a pixel in which nothing is known makes no
+  // block hot.
+  bool is_first = false;
+};
+
+// Pixels by body and class; those of bodies that are not in view are 0.
+class BodyPixels {
+ public:
+  BodyPixels();
+  PixelCounts& of(BodyId id) { return counts_[id]; }
+  const PixelCounts& of(BodyId id) const { return counts_[id]; }
+  void Clear(BodyId id) { counts_[id] = {}; }
+
+ private:
+  std::vector<PixelCounts> counts_;
+};
+
+// The counts of a block's pixels; `was_over` keeps the blocks that were hot by their own counts, which
+// stay hot with half as many.
+struct BlockCounts {
+  std::vector<std::uint8_t> nearer, farther;
+  std::vector<std::uint8_t> was_over;
+};
+
+// chosen: so many pixels of a block that differ with one sign make it hot. An object of 20 x 20 mm
+// at 1 m has a hundred, at least a quarter of them in one block; single pixels at edges differ by
+// chance. Blocks with fewer pixels are never hot.
+inline constexpr int kHotPixels = 12;
+
+// Classifies the pixels of the image, counts them, by body too (all classes but kConsistent), and
+// tells the hot blocks. A pixel of a robot's mask has the mask's class; a depth out of the camera's
+// range is kMissing. A pixel with a reference is judged by it alone, others by the expected view.
+void CompareFrame(const DepthImage& image, const DepthCamera& camera, const KnownView& known,
+                  const RobotMask& robots, FrameClasses& classes, BodyPixels& by_body,
+                  BlockCounts& blocks);
+
+}  // namespace cwm::perception

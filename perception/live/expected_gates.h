@@ -1,0 +1,39 @@
+// The depths that the known bodies explain, per pixel.
+#pragma once
+
+#include <vector>
+
+#include "perception/live/depth_noise.h"
+#include "perception/live/pixel_rectangle.h"
+
+namespace cwm::perception {
+
+// A pixel shows a known surface if its depth is within [low_m, high_m]: the nearest and the
+// farthest surface that is expected within some pixels, with the tolerance of the noise, since a
+// pixel beside an edge may show either side, or a mixture. Both are infinite where nothing is
+// expected, and high_m also beside such pixels: nothing is too far there.
+class ExpectedGates {
+ public:
+  ExpectedGates(int width, int height);
+
+  // chosen: matching windows blur edges by two pixels; a moving sensor's pose has an error of some
+  // tenths of a degree, which is one pixel more.
+  static constexpr int kStillRadius_px = 2;
+  static constexpr int kMovingRadius_px = 3;
+
+  // Computes the pixels whose neighbourhood contains changed ones. The expected depths are
+  // row-major, infinite where nothing is expected.
+  void Refresh(const PixelRectangle& changed, const std::vector<float>& expected_m,
+               const DepthNoise& noise, bool is_moving);
+
+  const std::vector<float>& low_m() const { return low_m_; }
+  const std::vector<float>& high_m() const { return high_m_; }
+
+ private:
+  int width_;
+  int height_;
+  std::vector<float> low_m_, high_m_;
+  std::vector<float> row_low_m_, row_high_m_;  // along rows only
+};
+
+}  // namespace cwm::perception

@@ -1,0 +1,144 @@
+#include "perception/live/hot_regions.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace cwm::perception {
+namespace {
+
+// chosen: a pixel is as before within this many standard deviations of the difference of two
+// depths, and so must be this share of the pixels that return in both: others lie beside edges.
+constexpr float kRestGate = 3 * std::numbers::sqrt2_v<float>;
+constexpr double kRestShare = 0.85;
+
+}  // namespace
+
+HotRegions::HotRegions(const DepthCamera& camera, const DepthNoise& noise)
+    : width_(camera.width),
+      height_(camera.height),
+      columns_((camera.width + kBlock_px - 1) / kBlock_px),
+      rows_((camera.height + kBlock_px - 1) / kBlock_px),
+      noise_(noise),
+      rests_(static_cast<std::size_t>(columns_) * rows_),
+      rested_depth_m_(camera.pixel_count(), 0) {}
+
+PixelRectangle HotRegions::PixelsOf(std::int32_t block) const {
+  const int u = block % columns_ * kBlock_px;
+  const int v = block / columns_ * kBlock_px;
+  return {.u_begin = u,
+          .v_begin = v,
+          .u_end = std::min(width_, u + kBlock_px),
+          .v_end = std::min(height_, v + kBlock_px)};
+}
+
+void HotRegions::UpdateRest(const DepthImage& image, const FrameClasses& classes, Stamp stamp,
+                            bool is_still) {
+  for (std::size_t i = 0; i < rests_.size(); ++i) {
+    Rest& rest = rests_[i];
+    if (classes.hot_blocks[i] == 0) {
+      rest.was_hot = false;
+      continue;
+    }
+    const PixelRectangle pixels = PixelsOf(static_cast<std::int32_t>(i));
+    int same = 0;
+    int both = 0;
+    if (rest.was_hot && is_still) {
+      for (int v = pixels.v_begin; v < pixels.v_end; ++v) {
+        for (int u = pixels.u_begin; u < pixels.u_end; ++u) {
+          const float now_m = image.at(u, v);
+          const float then_m = rested_depth_m_[static_cast<std::size_t>(v) * width_ + u];
+          if (now_m == 0 || then_m == 0) continue;
+          ++both;
+          if (std::abs(now_m - then_m) <= kRestGate * noise_.Axial_m(then_m)) ++same;
+        }
+      }
+    }
+    if (both > 0 && same >= kRestShare * both) {
+      ++rest.frames;
+      continue;
+    }
+    rest = {.was_hot = true, .since = stamp};
+    for (int v = pixels.v_begin; v < pixels.v_end; ++v) {
+      const std::size_t row = static_cast<std::size_t>(v) * width_;
+      std::copy(image.depth_m.begin() + static_cast<std::ptrdiff_t>(row) + pixels.u_begin,
+                image.depth_m.begin() + static_cast<std::ptrdiff_t>(row) + pixels.u_end,
+                rested_depth_m_.begin() + static_cast<std::ptrdiff_t>(row) + pixels.u_begin);
+    }
+  }
+}
+
+HotRegion HotRegions::Describe(std::vector<std::int32_t> blocks, const DepthImage& image,
+                               const FrameClasses& classes, const std::vector<BodyId>& body,
+                               const PixelRays& rays, Stamp stamp) const {
+  std::ranges::sort(blocks);
+  HotRegion region;
+  region.rest_frames = std::numeric_limits<int>::max();
+  for (const std::int32_t block : blocks) {
+    const Rest& rest = rests_[static_cast<std::size_t>(block)];
+    if (rest.frames < region.rest_frames) {
+      region.rest_frames = rest.frames;
+      region.rest_s = std::chrono::duration<double>(stamp - rest.since).count();
+    }
+    const PixelRectangle pixels = PixelsOf(block);
+    BodyId last = kNoBody;
+    for (int v = pixels.v_begin; v < pixels.v_end; v += 2) {
+      for (int u = pixels.u_begin; u < pixels.u_end; u += 2) {
+        bool has_point = false;
+        for (int dv = 0; dv < 2 && v + dv < pixels.v_end; ++dv) {
+          for (int du = 0; du < 2 && u + du < pixels.u_end; ++du) {
+            const std::size_t i = static_cast<std::size_t>(v + dv) * width_ + u + du;
+            if (body[i] != kNoBody && body[i] != last) {
+              last = body[i];
+              region.bodies.push_back(last);
+            }
+            if (classes.pixels[i] == PixelClass::kFarther) ++region.farther;
+            if (classes.pixels[i] != PixelClass::kNearer) continue;
+            ++region.nearer;
+            if (std::exchange(has_point, true)) continue;
+            region.points_L.push_back(rays.Point(u + du, v + dv, image.depth_m[i]));
+          }
+        }
+      }
+    }
+  }
+  std::ranges::sort(region.bodies);
+  const auto repeated = std::ranges::unique(region.bodies);
+  region.bodies.erase(repeated.begin(), repeated.end());
+  region.blocks = std::move(blocks);
+  return region;
+}
+
+std::vector<HotRegion> HotRegions::Find(const DepthImage& image, const FrameClasses& classes,
+                                        const std::vector<BodyId>& body, const PixelRays& rays,
+                                        Stamp stamp, bool is_still) {
+  UpdateRest(image, classes, stamp, is_still);
+  std::vector<HotRegion> regions;
+  std::vector<std::uint8_t> left = classes.hot_blocks;
+  for (std::size_t first = 0; first < left.size(); ++first) {
+    if (left[first] == 0) continue;
+    left[first] = 0;
+    std::vector<std::int32_t> blocks = {static_cast<std::int32_t>(first)};
+    for (std::size_t next = 0; next < blocks.size(); ++next) {
+      const int column = blocks[next] % columns_;
+      const int row = blocks[next] / columns_;
+      for (int r = std::max(0, row - 1); r < std::min(rows_, row + 2); ++r) {
+        for (int c = std::max(0, column - 1); c < std::min(columns_, column + 2); ++c) {
+          const std::size_t beside = static_cast<std::size_t>(r) * columns_ + c;
+          if (std::exchange(left[beside], std::uint8_t{0}) == 0) continue;
+          blocks.push_back(static_cast<std::int32_t>(beside));
+        }
+      }
+    }
+    regions.push_back(Describe(std::move(blocks), image, classes, body, rays, stamp));
+  }
+  std::ranges::stable_sort(regions, std::greater(),
+                           [](const HotRegion& region) { return region.blocks.size(); });
+  return regions;
+}
+
+}  // namespace cwm::perception

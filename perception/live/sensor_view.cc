@@ -1,0 +1,307 @@
+#include "perception/live/sensor_view.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "perception/live/body_evidence.h"
+#include "perception/live/compare_frame.h"
+#include "perception/live/hot_regions.h"
+#include "perception/live/reference_image.h"
+
+namespace cwm::perception {
+
+struct SensorView::State {
+  // A body's template follows the reference while that is learnt, and later its slow changes.
+  struct BodyView {
+    MotionTemplate motion = {};
+    int frames_since_change = 0;
+
+    bool MustBuild(BodyId id) const {
+      constexpr int kLearnt = ReferenceImage::kUsableFrames;
+      constexpr int kRenewedFrames = 256;
+      const int frames = frames_since_change;
+      return frames == 0 || frames == kLearnt || frames == 3 * kLearnt || frames == 9 * kLearnt ||
+             (frames + id) % kRenewedFrames == 0;  // in turn
+    }
+  };
+
+  struct KnownPose {
+    BodyId id = kNoBody;
+    Pose X_WB = Pose::Identity();
+    std::shared_ptr<const HybridModel> model = nullptr;
+  };
+
+  State(std::string sensor, const DepthCamera& its_camera, const SensorNoise& its_noise)
+      : name(std::move(sensor)),
+        camera(its_camera),
+        noise(camera, its_noise),
+        view(camera),
+        gates(camera.width, camera.height),
+        reference(camera, noise),
+        regions(camera, noise),
+        expected_m(camera.pixel_count(), std::numeric_limits<float>::infinity()),
+        body(camera.pixel_count(), kNoBody),
+        pixel_counts(static_cast<std::size_t>(kNoBody) + 1, 0) {}
+
+  PixelRectangle whole() const { return {.u_end = camera.width, .v_end = camera.height}; }
+
+  // The bodies that have only another pose than before, by ascending id.
+  std::vector<BodyId> MovedBodies(std::span<const KnownBody> bodies) const;
+  // Takes over the expected view: its gates, the reference where bodies changed, the pixels of each
+  // body.
+  void TakeExpected(std::span<const KnownBody> bodies, const DepthImage& image,
+                    const RobotMask& robots);
+  void ChangePixel(std::size_t i, float depth_m, std::span<const BodyId> moved);
+  // Whether the reference of a pixel still holds though another depth or body is expected.
+  bool StillHolds(std::size_t i, float depth_m, float expected_now_m) const;
+  void MarkChanged(BodyId id);
+  std::vector<BodyEvidence> Evidence(std::span<const KnownBody> bodies, const DepthImage& image,
+                                     const FrameClasses& classes, const PixelRays& rays);
+  std::shared_ptr<FrameClasses> FreshClasses();
+
+  std::string name;
+  DepthCamera camera;
+  DepthNoise noise;
+  ExpectedView view;
+  ExpectedGates gates;
+  ReferenceImage reference;
+  HotRegions regions;
+  BodyPixels by_body;
+  BlockCounts blocks;
+
+  bool has_frame = false;
+  bool is_moving = false;  // the last frame had another pose than the one before
+  Pose X_WC = Pose::Identity();
+  std::shared_ptr<const DepthImage> image;      // the last one
+  std::shared_ptr<FrameClasses> classes;        // of the last frame
+  std::shared_ptr<FrameClasses> other_classes;  // of the frame before, to be used again
+
+  // The expected view that the reference and the gates were made for.
+  std::vector<float> expected_m;
+  std::vector<BodyId> body;
+  std::vector<int> pixel_counts;  // by id
+  std::vector<KnownPose> poses;   // by ascending id
+  std::vector<PixelRectangle> changed;
+  std::map<BodyId, BodyView> bodies_in_view;
+};
+
+std::vector<BodyId> SensorView::State::MovedBodies(std::span<const KnownBody> bodies) const {
+  std::vector<BodyId> moved;
+  for (const KnownBody& known : bodies) {
+    const auto old = std::ranges::lower_bound(poses, known.id, {}, &KnownPose::id);
+    if (old == poses.end() || old->id != known.id || old->model != known.model) continue;
+    if (old->X_WB.matrix() != known.X_WB.matrix()) moved.push_back(known.id);
+  }
+  std::ranges::sort(moved);
+  return moved;
+}
+
+void SensorView::State::MarkChanged(BodyId id) {
+  if (id != kNoBody) bodies_in_view[id].frames_since_change = 0;
+}
+
+bool SensorView::State::StillHolds(std::size_t i, float depth_m, float expected_now_m) const {
+  const bool looks_the_same = depth_m >= reference.low_m()[i] && depth_m <= reference.high_m()[i];
+  if (depth_m != 0 && !looks_the_same) return false;
+  if (expected_now_m == std::numeric_limits<float>::infinity()) return looks_the_same;
+  const float mean_m = reference.mean_m()[i];
+  return mean_m >= gates.low_m()[i] && mean_m <= gates.high_m()[i];
+}
+
+void SensorView::State::ChangePixel(std::size_t i, float depth_m, std::span<const BodyId> moved) {
+  const float before_m = std::exchange(expected_m[i], view.depth_m()[i]);
+  const BodyId before = std::exchange(body[i], view.body()[i]);
+  if (before_m == expected_m[i] && before == body[i]) return;
+  if (before != body[i]) {
+    --pixel_counts[before];
+    ++pixel_counts[body[i]];
+    MarkChanged(before);
+  }
+  MarkChanged(body[i]);
+  if (is_moving || !reference.Knows(i)) return;
+  const bool moves_with_body =
+      before == body[i] && std::ranges::binary_search(moved, before) &&
+      std::abs(reference.mean_m()[i] - before_m) <= noise.Explained_m(before_m);
+  if (moves_with_body) {
+    reference.Shift(i, expected_m[i] - before_m);
+  } else if (!StillHolds(i, depth_m, expected_m[i])) {
+    reference.ForgetPixel(i);
+  }
+}
+
+void SensorView::State::TakeExpected(std::span<const KnownBody> bodies, const DepthImage& frame,
+                                     const RobotMask& robots) {
+  if (changed.empty()) return;
+  const std::vector<BodyId> moved = MovedBodies(bodies);
+  for (const PixelRectangle& rectangle : changed) {
+    gates.Refresh(rectangle, view.depth_m(), noise, is_moving);
+  }
+  for (const PixelRectangle& rectangle : changed) {
+    for (int v = rectangle.v_begin; v < rectangle.v_end; ++v) {
+      for (int u = rectangle.u_begin; u < rectangle.u_end; ++u) {
+        const std::size_t i = static_cast<std::size_t>(v) * camera.width + u;
+        const bool is_robot = !robots.empty() && robots.pixels[i] != 0;
+        ChangePixel(i, is_robot ? 0 : frame.depth_m[i], moved);
+      }
+    }
+  }
+  for (const PixelRectangle& rectangle : changed) {
+    reference.RefreshGates(
+        Grown(rectangle, ExpectedGates::kStillRadius_px, camera.width, camera.height), expected_m);
+  }
+  changed.clear();
+  poses.clear();
+  for (const KnownBody& known : bodies) poses.push_back({known.id, known.X_WB, known.model});
+  std::ranges::sort(poses, {}, &KnownPose::id);
+  std::erase_if(bodies_in_view,
+                [this](const auto& entry) { return pixel_counts[entry.first] == 0; });
+}
+
+std::vector<BodyEvidence> SensorView::State::Evidence(std::span<const KnownBody> bodies,
+                                                      const DepthImage& frame,
+                                                      const FrameClasses& frame_classes,
+                                                      const PixelRays& rays) {
+  const auto count = [this](BodyId id, PixelClass pixel) {
+    return static_cast<int>(by_body.of(id)[static_cast<std::size_t>(pixel)]);
+  };
+  std::vector<BodyEvidence> evidence;
+  std::vector<const KnownBody*> known_of;
+  for (const KnownBody& known : bodies) {
+    if (pixel_counts[known.id] > 0 && known.kind != KnownBody::Kind::kMover) {
+      known_of.push_back(&known);
+    }
+  }
+  std::ranges::sort(known_of, {}, &KnownBody::id);
+  const bool has_reference = !is_moving && reference.usable();
+  for (const KnownBody* const known : known_of) {
+    BodyEvidence of_body;
+    of_body.id = known->id;
+    of_body.expected = pixel_counts[known->id];
+    of_body.nearer = count(known->id, PixelClass::kNearer);
+    of_body.farther = count(known->id, PixelClass::kFarther);
+    of_body.missing = count(known->id, PixelClass::kMissing);
+    of_body.hidden = count(known->id, PixelClass::kRobot) + count(known->id, PixelClass::kCarried) +
+                     count(known->id, PixelClass::kMixed) + count(known->id, PixelClass::kHidden);
+    of_body.consistent =
+        of_body.expected - of_body.nearer - of_body.farther - of_body.missing - of_body.hidden;
+    if (has_reference && known->IsFollowed()) {
+      BodyView& body_view = bodies_in_view[known->id];
+      if (body_view.MustBuild(known->id)) {
+        body_view.motion.Build(*known, of_body.expected, view, camera, rays, X_WC, reference);
+      }
+      ++body_view.frames_since_change;
+      body_view.motion.Measure(frame, frame_classes, reference, of_body);
+    }
+    evidence.push_back(std::move(of_body));
+  }
+  MarkHotBodies(frame_classes, body, evidence);
+  for (std::size_t i = 0; i < evidence.size(); ++i) {
+    if (!evidence[i].is_hot || !known_of[i]->IsFollowed()) continue;
+    evidence[i].points_L = PointsOfBody(evidence[i].id, view, frame, camera, frame_classes, rays);
+  }
+  return evidence;
+}
+
+// Classes that nobody else holds; those of the frame before last if possible.
+std::shared_ptr<FrameClasses> SensorView::State::FreshClasses() {
+  std::swap(classes, other_classes);
+  if (classes == nullptr || classes.use_count() > 1) classes = std::make_shared<FrameClasses>();
+  return classes;
+}
+
+SensorView::SensorView(std::string sensor, const DepthCamera& camera, const SensorNoise& noise)
+    : state_(std::make_unique<State>(std::move(sensor), camera, noise)) {}
+
+SensorView::~SensorView() = default;
+
+const ExpectedView& SensorView::Expect(std::span<const KnownBody> bodies, const Pose& X_WC) {
+  state_->view.Update(bodies, X_WC);
+  const std::vector<PixelRectangle>& changed = state_->view.changed();
+  state_->changed.insert(state_->changed.end(), changed.begin(), changed.end());
+  return state_->view;
+}
+
+FrameEvidence SensorView::Observe(const SensorFrame& frame, std::span<const KnownBody> bodies,
+                                  const RobotMask& robots) {
+  State& state = *state_;
+  const DepthCamera& camera = state.camera;
+  assert(frame.image != nullptr && frame.image->depth_m.size() == camera.pixel_count());
+  const DepthImage& image = *frame.image;
+  const bool is_same_pose = state.X_WC.matrix() == frame.X_WC.matrix();
+  const bool is_still = state.has_frame && is_same_pose;
+  const bool was_moving = state.is_moving;
+  state.is_moving = state.has_frame && !is_same_pose;
+  state.has_frame = true;
+  state.X_WC = frame.X_WC;
+  if (state.is_moving) state.reference.Forget();
+
+  Expect(bodies, frame.X_WC);
+  // Tolerances are others while the sensor moves.
+  if (was_moving != state.is_moving) state.changed.assign(1, state.whole());
+  state.TakeExpected(bodies, image, robots);
+
+  const PixelRays rays(camera, frame.X_WC);
+  for (const auto& [id, view] : state.bodies_in_view) state.by_body.Clear(id);
+  FrameClasses& classes = *state.FreshClasses();
+  const KnownView known = {.expected_m = &state.expected_m,
+                           .body = &state.body,
+                           .gates = &state.gates,
+                           .reference = state.is_moving ? nullptr : &state.reference,
+                           .is_first = !state.is_moving && !state.reference.usable()};
+  CompareFrame(image, camera, known, robots, classes, state.by_body, state.blocks);
+
+  FrameEvidence evidence;
+  evidence.sensor = state.name;
+  evidence.stamp = frame.stamp;
+  evidence.X_WC = frame.X_WC;
+  evidence.is_still = is_still;
+  evidence.camera = camera;
+  evidence.noise = state.noise.model();
+  evidence.image = frame.image;
+  evidence.classes = state.classes;
+  evidence.has_reference = !state.is_moving && state.reference.usable();
+  evidence.bodies = state.Evidence(bodies, image, classes, rays);
+  evidence.regions = state.regions.Find(image, classes, state.body, rays, frame.stamp, is_still);
+
+  state.reference.Learn(
+      {.depth_m = image.depth_m, .classes = &classes, .expected_m = state.expected_m});
+  state.image = frame.image;
+  return evidence;
+}
+
+void SensorView::Accept(std::span<const std::int32_t> blocks) {
+  State& state = *state_;
+  if (state.image == nullptr || state.is_moving) return;
+  const FrameClasses& classes = *state.classes;
+  for (const std::int32_t block : blocks) {
+    if (block < 0 || static_cast<std::size_t>(block) >= classes.hot_blocks.size()) continue;
+    const PixelRectangle pixels = Grown({.u_begin = block % classes.block_columns * kBlock_px,
+                                         .v_begin = block / classes.block_columns * kBlock_px,
+                                         .u_end = (block % classes.block_columns + 1) * kBlock_px,
+                                         .v_end = (block / classes.block_columns + 1) * kBlock_px},
+                                        0, classes.width, classes.height);
+    for (int v = pixels.v_begin; v < pixels.v_end; ++v) {
+      for (int u = pixels.u_begin; u < pixels.u_end; ++u) {
+        const std::size_t i = static_cast<std::size_t>(v) * classes.width + u;
+        const PixelClass pixel = classes.pixels[i];
+        if (pixel == PixelClass::kMissing) {
+          state.reference.ForgetPixel(i);
+        } else if (pixel == PixelClass::kConsistent || pixel == PixelClass::kNearer ||
+                   pixel == PixelClass::kFarther) {
+          state.reference.Take(i, state.image->depth_m[i]);
+          state.MarkChanged(state.body[i]);
+        }
+      }
+    }
+    state.reference.RefreshGates(
+        Grown(pixels, ExpectedGates::kStillRadius_px, classes.width, classes.height),
+        state.expected_m);
+  }
+}
+
+}  // namespace cwm::perception
