@@ -6,10 +6,12 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "perception/sensor_up.h"
 #include "server/core/error.h"
 #include "server/core/ingest_plan.h"
 #include "server/core/scan_plausibility.h"
+#include "server/core/stale_changes.h"
 
 namespace cwm::server {
 namespace {
@@ -17,9 +19,10 @@ namespace {
 using collision::WorldObjectPtr;
 using perception::SceneInterpretation;
 
-// chosen: how often the scan is matched without holding the writer's turn. The last match is made
-// within the turn, so that an ingest ends even under a stream of other writes.
-constexpr int kOptimisticTries = 3;
+// chosen: how often the scan is matched, always without the writer's turn, so that no writer waits
+// for a scan. After the last match, objects that were changed meanwhile are left as they are, so
+// that an ingest ends even under a stream of other writes.
+constexpr int kMatchTries = 3;
 // chosen: how often a scan is interpreted again because its sensor got another pose meanwhile. The
 // first scan of a sensor may lose once to another first scan, and once to a given pose.
 constexpr int kInterpretTries = 3;
@@ -117,11 +120,9 @@ class IngestRun {
       preparing.Stop();
       refusal_ = Refusal::kNone;
       StageClock publishing(publish_ms_);
-      const double matched_ms = association_ms_;
       absl::StatusOr<WriteOutcome> written = world_.Update(
           [&](const SnapshotPtr& latest) {
-            return Changes(latest,
-                           attempt < kOptimisticTries ? IfStale::kRefuse : IfStale::kMatchAgain);
+            return Changes(latest, attempt < kMatchTries ? IfStale::kRefuse : IfStale::kLeaveOut);
           },
           request_.write,
           {.facts = [&](const collision::WorldSnapshot& next) { return Facts(next); },
@@ -131,7 +132,6 @@ class IngestRun {
                },
            .durability = Durability::kObserved});
       publishing.Stop();
-      publish_ms_ -= association_ms_ - matched_ms;  // it was matched again within the turn
       if (refusal_ == Refusal::kOtherPose) return std::nullopt;
       if (refusal_ == Refusal::kStale) continue;
       if (!written.ok()) return written.status();
@@ -153,7 +153,7 @@ class IngestRun {
   }
 
  private:
-  enum class IfStale { kRefuse, kMatchAgain };
+  enum class IfStale { kRefuse, kLeaveOut };
   enum class Refusal { kNone, kStale, kOtherPose };
 
   // Adds the time until it is stopped to a stage.
@@ -185,20 +185,34 @@ class IngestRun {
       refusal_ = Refusal::kOtherPose;
       return absl::AbortedError("the sensor got another pose");
     }
-    if (latest != match_.snapshot) {
-      if (if_stale == IfStale::kRefuse) {
-        refusal_ = Refusal::kStale;
-        return absl::AbortedError("the world moved on");
-      }
-      Match(latest);
-    }
     if (const absl::Status plausible = CheckScan(); !plausible.ok()) return plausible;
     absl::StatusOr<IngestPlan> plan =
         PlanIngest(match_, detections_, request_.mode, geometry_,
                    [&](const std::string& stem) { return world_.ReserveName(stem); });
     if (!plan.ok()) return plan.status();
     plan_ = *std::move(plan);
+    if (latest == match_.snapshot) return plan_.changes;
+    const ChangesSince since(*match_.snapshot, *latest);
+    const std::vector<std::string> stale = since.DropFrom(plan_.changes);
+    if (!stale.empty() && if_stale == IfStale::kRefuse) {
+      refusal_ = Refusal::kStale;
+      return absl::AbortedError("the world moved on");
+    }
+    LeaveOut(stale);
     return plan_.changes;
+  }
+
+  void LeaveOut(const std::vector<std::string>& stale) {
+    if (stale.empty()) return;
+    for (auto* names : {&plan_.added, &plan_.moved, &plan_.replaced, &plan_.removed}) {
+      std::erase_if(*names, [&](const std::string& name) {
+        return std::ranges::find(stale, name) != stale.end();
+      });
+    }
+    left_out_ = absl::StrCat(
+        "objects were changed by others while the scan was interpreted, and "
+        "left as they are: ",
+        absl::StrJoin(stale, ", "));
   }
 
   // True if the sender states what was only estimated before: then what the world knows was placed
@@ -292,6 +306,7 @@ class IngestRun {
     if (const auto drift = DriftWarning(match_); drift && request_.mode == IngestMode::kUpdate) {
       outcome.report.warnings.push_back(*drift);
     }
+    if (!left_out_.empty()) outcome.report.warnings.push_back(left_out_);
     outcome.added = plan_.added;
     outcome.moved = plan_.moved;
     outcome.replaced = plan_.replaced;
@@ -311,6 +326,7 @@ class IngestRun {
   DetectionGeometry geometry_;
   SceneMatch match_;
   IngestPlan plan_;
+  std::string left_out_;  // a warning; empty: nothing was
   double association_ms_ = 0, geometry_ms_ = 0, publish_ms_ = 0;
   Refusal refusal_ = Refusal::kNone;
 };

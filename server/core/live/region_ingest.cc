@@ -6,6 +6,7 @@
 
 #include "perception/live/region_cloud.h"
 #include "server/core/ingest_plan.h"
+#include "server/core/stale_changes.h"
 
 namespace cwm::server {
 namespace {
@@ -68,19 +69,6 @@ void Restrict(SceneMatch& match, const Scope& scope) {
   });
 }
 
-// Leaves out the changes of objects that differ from those of the match.
-void DropStale(const SceneMatch& match, const collision::WorldSnapshot& latest,
-               std::vector<Change>& changes) {
-  std::erase_if(changes, [&](const Change& change) {
-    const std::string& name = NameOf(change);
-    const WorldObjectPtr then = match.snapshot->Find(name);
-    const WorldObjectPtr now = latest.Find(name);
-    if (then == nullptr || now == nullptr) return then != now || latest.FindRobot(name) != nullptr;
-    return !then->IsSameAs(*now) || then->latest_revision() != now->latest_revision() ||
-           then->attachment != now->attachment;
-  });
-}
-
 bool Contains(const std::vector<std::string>& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
 }
@@ -126,7 +114,7 @@ class RegionRun {
                            [this](const std::string& stem) { return world_.ReserveName(stem); });
     if (!plan.ok()) return plan.status();
     plan_ = *std::move(plan);
-    DropStale(match_, latest, plan_.changes);
+    ChangesSince(*match_.snapshot, latest).DropFrom(plan_.changes);
     return plan_.changes;
   }
 
