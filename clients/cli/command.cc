@@ -18,7 +18,8 @@ CLI::App& AddSubcommand(CLI::App& parent, const CommandText& text) {
 CLI::App& AddNamed(CommandLine& line, CLI::App& parent, const CommandText& text,
                    const std::string& name, std::function<absl::Status(Session&)> action) {
   CLI::App& command = AddSubcommand(parent, text);
-  command.callback([&line, name, action = std::move(action)] {
+  command.callback([&line, &command, name, action = std::move(action)] {
+    if (!command.get_subcommands().empty()) return;  // the command below it has run
     line.command = name;
     line.result = action(line.session);
   });

@@ -8,6 +8,8 @@ namespace cwm::cli {
 void AddStatusCommands(CommandLine& line);     // status, info
 void AddSegmentCommand(CommandLine& line);     // segment
 void AddIngestCommand(CommandLine& line);      // ingest
+void AddStreamCommand(CommandLine& line);      // stream
+void AddSensorsCommand(CommandLine& line);     // sensors, sensors set
 void AddObjectCommands(CommandLine& line);     // objects, get
 void AddPutCommand(CommandLine& line);         // put
 void AddChangeCommands(CommandLine& line);     // move, remove

@@ -65,6 +65,8 @@ void AddCommands(CommandLine& line, const report::PageAssets& page_assets) {
   AddSegmentCommand(line);
   AddReportCommand(line, page_assets);
   AddIngestCommand(line);
+  AddStreamCommand(line);
+  AddSensorsCommand(line);
   AddObjectCommands(line);
   AddPutCommand(line);
   AddChangeCommands(line);

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <system_error>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
@@ -19,12 +18,31 @@
 #include "clients/formats/cloud_reader.h"
 #include "clients/formats/depth_image.h"
 #include "clients/formats/file_bytes.h"
+#include "clients/formats/frame_sequence.h"
 #include "clients/formats/pcd.h"
 
 namespace cwm::cli {
 namespace {
 
 namespace pb = cwm::v1;
+
+absl::StatusOr<pb::CloudFrame> ParseFrame(const std::string& text) {
+  static const std::map<std::string, pb::CloudFrame> kNames = ShortNames<pb::CloudFrame>();
+  if (const auto named = kNames.find(text); named != kNames.end()) return named->second;
+  return UsageError(absl::StrCat("--frame: \"", text, "\" must be sensor or world"));
+}
+
+absl::StatusOr<pb::Clustering> ParseClustering(const std::string& text) {
+  static const std::map<std::string, pb::Clustering> kNames = ShortNames<pb::Clustering>();
+  if (const auto named = kNames.find(text); named != kNames.end()) return named->second;
+  return UsageError(absl::StrCat("--clusters: \"", text, "\" must be objects or none"));
+}
+
+absl::Status WithFile(const absl::Status& status, const std::string& file) {
+  return absl::Status(status.code(), absl::StrCat(file, ": ", std::string(status.message())));
+}
+
+}  // namespace
 
 absl::StatusOr<pb::SensorModel> ParseSensorModel(const std::string& text) {
   static const std::map<std::string, pb::SensorModel::Kind> kModels =
@@ -50,24 +68,6 @@ absl::StatusOr<pb::SensorModel> ParseSensorModel(const std::string& text) {
   if (numbers->size() == 2) model.set_quadratic_per_m(numbers->back());
   return model;
 }
-
-absl::StatusOr<pb::CloudFrame> ParseFrame(const std::string& text) {
-  static const std::map<std::string, pb::CloudFrame> kNames = ShortNames<pb::CloudFrame>();
-  if (const auto named = kNames.find(text); named != kNames.end()) return named->second;
-  return UsageError(absl::StrCat("--frame: \"", text, "\" must be sensor or world"));
-}
-
-absl::StatusOr<pb::Clustering> ParseClustering(const std::string& text) {
-  static const std::map<std::string, pb::Clustering> kNames = ShortNames<pb::Clustering>();
-  if (const auto named = kNames.find(text); named != kNames.end()) return named->second;
-  return UsageError(absl::StrCat("--clusters: \"", text, "\" must be objects or none"));
-}
-
-absl::Status WithFile(const absl::Status& status, const std::string& file) {
-  return absl::Status(status.code(), absl::StrCat(file, ": ", std::string(status.message())));
-}
-
-}  // namespace
 
 void AddScanOptions(CLI::App& command, ScanArguments& scan) {
   command
@@ -101,10 +101,14 @@ void AddScanOptions(CLI::App& command, ScanArguments& scan) {
                   "where the points were seen from, in their frame (m); default: its origin, or "
                   "unknown in the world's frame")
       ->type_name("X,Y,Z");
+  AddIntrinsicsOption(command, scan.intrinsics);
+}
+
+void AddIntrinsicsOption(CLI::App& command, std::string& intrinsics) {
   command
-      .add_option("--intrinsics", scan.intrinsics,
-                  "of a depth image, in pixels or as a file (JSON, YAML); default: the camera.json "
-                  "beside it")
+      .add_option("--intrinsics,--camera", intrinsics,
+                  "of depth images, in pixels or as a file (JSON, YAML, a matrix); default: the "
+                  "camera.json or camera-intrinsics.txt beside them")
       ->type_name("FX,FY,CX,CY|FILE");
 }
 
@@ -160,6 +164,12 @@ bool HasViewpoint(const formats::CloudFile& cloud) {
   return cloud.viewpoint != formats::CloudFile{}.viewpoint;
 }
 
+absl::StatusOr<formats::DepthCamera> ReadCamera(const std::string& path) {
+  const auto text = formats::ReadFileBytes(path);
+  if (!text.ok()) return text.status();
+  return formats::ParseDepthCamera(*text, path);
+}
+
 // Programs disagree about the meaning of VIEWPOINT for a file's points: some turn the points by it
 // for display, in others it is a place in the points' own frame. So it is not used by itself.
 void WarnAboutViewpoint(Session& session, const formats::CloudFile& cloud,
@@ -172,40 +182,35 @@ void WarnAboutViewpoint(Session& session, const formats::CloudFile& cloud,
       "; if the points are in the world's frame, say --frame world"));
 }
 
-absl::StatusOr<formats::DepthCamera> ReadCamera(const std::string& path) {
-  const auto text = formats::ReadFileBytes(path);
-  if (!text.ok()) return text.status();
-  return formats::ParseDepthCamera(*text, path);
-}
+}  // namespace
 
-absl::StatusOr<formats::DepthCamera> CameraOf(const std::string& image, const ScanArguments& scan) {
-  if (scan.intrinsics.empty()) {
-    const std::filesystem::path beside = std::filesystem::path(image).parent_path() / "camera.json";
-    std::error_code absent;
-    if (std::filesystem::exists(beside, absent)) return ReadCamera(beside.string());
+absl::StatusOr<formats::DepthCamera> ReadCameraOf(const std::string& image,
+                                                  const std::string& intrinsics) {
+  if (intrinsics.empty()) {
+    const std::string beside =
+        formats::FindCameraFile(std::filesystem::path(image).parent_path().string());
+    if (!beside.empty()) return ReadCamera(beside);
     return UsageError(absl::StrCat(image,
                                    " is a depth image: give --intrinsics FX,FY,CX,CY in "
                                    "pixels, or its camera's file"));
   }
-  if (!StartsWithNumber(scan.intrinsics)) return ReadCamera(scan.intrinsics);
-  const auto k = ParseNumbers(scan.intrinsics, {"--intrinsics", "FX,FY,CX,CY (pixels)", 4});
+  if (!StartsWithNumber(intrinsics)) return ReadCamera(intrinsics);
+  const auto k = ParseNumbers(intrinsics, {"--intrinsics", "FX,FY,CX,CY (pixels)", 4});
   if (!k.ok()) return k.status();
   const bool finite = std::ranges::all_of(*k, [](double number) { return std::isfinite(number); });
   if (!finite || (*k)[0] <= 0 || (*k)[1] <= 0) {
     return UsageError(
-        absl::StrCat("--intrinsics: \"", scan.intrinsics, "\" must be finite, FX and FY positive"));
+        absl::StrCat("--intrinsics: \"", intrinsics, "\" must be finite, FX and FY positive"));
   }
   return formats::DepthCamera{
       .fx_px = (*k)[0], .fy_px = (*k)[1], .cx_px = (*k)[2], .cy_px = (*k)[3]};
 }
 
-}  // namespace
-
 absl::StatusOr<formats::CloudFile> ParseScan(std::string_view bytes, const std::string& path,
                                              const ScanArguments& scan,
                                              pb::IngestCloudHeader& header) {
   if (formats::IsDepthImage(bytes)) {
-    const auto camera = CameraOf(path, scan);
+    const auto camera = ReadCameraOf(path, scan.intrinsics);
     if (!camera.ok()) return camera.status();
     header.clear_scale();
     const auto unit_m = scan.scale > 0 ? std::optional(scan.scale) : std::nullopt;

@@ -7,6 +7,7 @@
 #include "absl/status/statusor.h"
 #include "clients/cli/session.h"
 #include "clients/formats/cloud_file.h"
+#include "clients/formats/depth_image.h"
 #include "cwm/v1/perception.pb.h"
 
 namespace cwm::cli {
@@ -20,12 +21,21 @@ struct ScanArguments {
   std::string frame = "sensor";
   std::string viewpoint;   // empty: the frame's origin, unknown in the world's frame
   double scale = 0;        // metres per unit; 0: 1, or that of a depth image
-  std::string intrinsics;  // of a depth image; empty: in the camera.json beside it
+  std::string intrinsics;  // of a depth image; empty: in the camera's file beside it
 };
 
 void AddScanOptions(CLI::App& command, ScanArguments& scan);
+void AddIntrinsicsOption(CLI::App& command, std::string& intrinsics);
 // `cwm import` has an option of this name for all of its files.
 void AddScaleOption(CLI::App& command, ScanArguments& scan);
+
+// "kinect", a standard deviation, or A,B for A + B z^2. A usage error for anything else.
+absl::StatusOr<cwm::v1::SensorModel> ParseSensorModel(const std::string& text);
+
+// The camera of a depth image: numbers, a file, or, if empty, the file beside the image. A usage
+// error if there is none.
+absl::StatusOr<formats::DepthCamera> ReadCameraOf(const std::string& image,
+                                                  const std::string& intrinsics);
 
 // World, frame, scale, sensor pose, up direction and noise. A usage error if they cannot be parsed.
 absl::StatusOr<cwm::v1::IngestCloudHeader> ParseScanHeader(const ScanArguments& scan,

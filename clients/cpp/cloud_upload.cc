@@ -4,6 +4,7 @@
 #include <cstring>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "clients/cpp/geometry_transfer.h"
@@ -55,23 +56,6 @@ absl::Status CheckCoordinate(const CloudFile& cloud, const std::string& name) {
                    ", must be one number of at most 32 bits or a float"));
 }
 
-absl::Status SetLayout(const CloudFile& cloud, pb::IngestCloudHeader& header) {
-  header.mutable_layout()->Clear();
-  for (const CloudField& field : cloud.fields) {
-    if (absl::Status status = CheckCoordinate(cloud, field.name); !status.ok()) return status;
-    pb::CloudField& wire = *header.mutable_layout()->add_fields();
-    wire.set_name(field.name);
-    wire.set_offset(static_cast<int>(field.offset));
-    wire.set_type(*WireType(field.type));
-  }
-  header.mutable_layout()->set_point_step(static_cast<int>(cloud.point_step));
-  header.set_point_count(cloud.size());
-  header.set_total_bytes(static_cast<std::int64_t>(cloud.bytes.size()));
-  header.set_width(static_cast<int>(cloud.width));
-  header.set_height(static_cast<int>(cloud.height));
-  return absl::OkStatus();
-}
-
 // False if the server has ended the call; its status then has the reason.
 bool Send(const CloudFile& cloud, const Progress& progress,
           grpc::ClientWriter<pb::IngestCloudRequest>& writer) {
@@ -108,11 +92,30 @@ absl::StatusOr<CloudFile> SelectGeometry(const CloudFile& cloud) {
   return formats::SelectFields(cloud, names);
 }
 
+absl::StatusOr<pb::CloudLayout> LayoutOf(const CloudFile& cloud) {
+  pb::CloudLayout layout;
+  for (const CloudField& field : cloud.fields) {
+    if (absl::Status status = CheckCoordinate(cloud, field.name); !status.ok()) return status;
+    pb::CloudField& wire = *layout.add_fields();
+    wire.set_name(field.name);
+    wire.set_offset(static_cast<int>(field.offset));
+    wire.set_type(*WireType(field.type));
+  }
+  layout.set_point_step(static_cast<int>(cloud.point_step));
+  return layout;
+}
+
 absl::StatusOr<pb::IngestCloudResponse> IngestCloud(const Connection& connection,
                                                     pb::IngestCloudHeader header,
                                                     const CloudFile& cloud,
                                                     const Progress& progress) {
-  if (absl::Status status = SetLayout(cloud, header); !status.ok()) return status;
+  auto layout = LayoutOf(cloud);
+  if (!layout.ok()) return layout.status();
+  *header.mutable_layout() = *std::move(layout);
+  header.set_point_count(cloud.size());
+  header.set_total_bytes(static_cast<std::int64_t>(cloud.bytes.size()));
+  header.set_width(static_cast<int>(cloud.width));
+  header.set_height(static_cast<int>(cloud.height));
   grpc::ClientContext context;
   connection.Prepare(context);
   pb::IngestCloudResponse response;

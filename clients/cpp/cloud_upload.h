@@ -15,9 +15,13 @@ namespace cwm::client {
 // INVALID_ARGUMENT if a coordinate is missing, has more than one number, or is a 64-bit integer.
 absl::StatusOr<formats::CloudFile> SelectGeometry(const formats::CloudFile& cloud);
 
+// The layout of the cloud's points. INVALID_ARGUMENT for a field type that the API does not support
+// (see SelectGeometry).
+absl::StatusOr<cwm::v1::CloudLayout> LayoutOf(const formats::CloudFile& cloud);
+
 // Sends the cloud with the header, whose layout, counts and extent are set from the cloud, and
-// waits for the server's reply. INVALID_ARGUMENT also for a field type that the API does not
-// support (see SelectGeometry). Ends early if the server refuses the header.
+// waits for the server's reply. INVALID_ARGUMENT also as LayoutOf. Ends early if the server refuses
+// the header.
 absl::StatusOr<cwm::v1::IngestCloudResponse> IngestCloud(const Connection& connection,
                                                          cwm::v1::IngestCloudHeader header,
                                                          const formats::CloudFile& cloud,

@@ -11,5 +11,6 @@
 #include "clients/cpp/query_stream.h"
 #include "clients/cpp/robot_upload.h"
 #include "clients/cpp/row_bytes.h"
+#include "clients/cpp/sensor_stream.h"
 #include "clients/cpp/world_export.h"
 #include "clients/cpp/world_stream.h"

@@ -33,9 +33,9 @@ TEST(Run, PrintsHelpOnStdoutWithExamplesFirst) {
   EXPECT_EQ(help.code, ExitCode::kDone);
   EXPECT_LT(help.out.find("Examples:"), help.out.find("Usage"));
   for (const char* command :
-       {"status", "segment", "report", "ingest", "objects", "get",      "put",
-        "move",   "remove",  "import", "export", "robot",   "distance", "contacts",
-        "check",  "ray",     "sample", "watch",  "bench",   "call"}) {
+       {"status", "segment", "report", "ingest", "stream", "sensors", "objects",  "get",
+        "put",    "move",    "remove", "import", "export", "robot",   "distance", "contacts",
+        "check",  "ray",     "sample", "watch",  "bench",  "call"}) {
     EXPECT_THAT(help.out, HasSubstr(std::string("  ") + command + " "));
   }
   EXPECT_EQ(help.err, "");
@@ -56,7 +56,9 @@ TEST(Run, BeginsTheHelpOfEveryCommandWithExamples) {
   };
   std::vector<std::vector<std::string>> commands;
   for (const std::string& name : names({""})) commands.push_back({name});
-  for (const std::string& name : names({"robot", ""})) commands.push_back({"robot", name});
+  for (const char* family : {"robot", "sensors"}) {
+    for (const std::string& name : names({family, ""})) commands.push_back({family, name});
+  }
   EXPECT_GE(commands.size(), 29u);
   for (std::vector<std::string> command : commands) {
     command.emplace_back("--help");
@@ -144,6 +146,16 @@ TEST(Run, EndsWithUsageOnMistakesOfTheCommandLine) {
       {"move", "cup"},
       {"move", "cup", "--at", "0,0,1", "--to", "0,0,1"},
       {"robot", "set", "panda"},
+      {"stream"},
+      {"stream", "no-such-folder", "--mount", "panda"},
+      {"stream", "no-such-folder", "--mount", "panda:hand", "--x-world-sensor", "0,0,0"},
+      {"stream", "no-such-folder", "--x-link-sensor", "0,0,0"},
+      {"stream", "no-such-folder", "--rate", "0"},
+      {"stream", "no-such-folder", "--loop", "-1"},
+      {"stream", "-", "--loop", "2"},
+      {"sensors", "set"},
+      {"sensors", "set", "table"},
+      {"sensors", "set", "table", "--estimate", "--x-world-sensor", "0,0,0"},
       {"check", "--robot", "panda", "--at", "0,0,0", "--x-world-base", "0,0,0"},
       {"put", "cup"},
       {"segment", "in.pcd"},
