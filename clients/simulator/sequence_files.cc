@@ -53,6 +53,9 @@ Json CameraJson(const SequenceSensor& sensor) {
                {"cy", camera.center_y_px},
                {"depth_unit_m", kDepthUnit_m},
                {"depth_scale_m", kDepthUnit_m},
+               {"min_range_m", perception::RangeOf(sensor.noise.model).nearest_m},
+               {"max_range_m", std::min(perception::RangeOf(sensor.noise.model).farthest_m,
+                                        perception::kMaxCameraDepth_m)},
                {"sensor_model", SensorModelName(sensor.noise.model)},
                {"frame", sensor.name}};
   if (sensor.noise.model == perception::SensorModel::kGiven) {

@@ -95,6 +95,7 @@ class ReturnComputer {
       : image_(image),
         camera_(camera),
         device_(device),
+        nearest_m_(RangeOf(device.noise.model).nearest_m),
         weak_from_(WeakFrom_sigma(scene.objects.size(), device.seed)),
         shadow_(ProjectorShadow(device.noise, image, camera, std::max(0, row_begin - kReturnRows),
                                 std::min(image.height, row_end + kReturnRows))) {
@@ -153,8 +154,8 @@ class ReturnComputer {
     const int u = std::clamp(static_cast<int>(std::lround(u_px)), 0, image_.width - 1);
     const int v = std::clamp(static_cast<int>(std::lround(v_px)), 0, image_.height - 1);
     const Sighting& source = image_.at(u, v);
-    if (!source.seen() || shiny_[static_cast<std::size_t>(source.object)] != 0 ||
-        shadow_[Index(u, v)] != 0) {
+    if (!source.seen() || source.depth_m < nearest_m_ ||
+        shiny_[static_cast<std::size_t>(source.object)] != 0 || shadow_[Index(u, v)] != 0) {
       return std::nullopt;
     }
     const Vector3 center = RayDirection(camera_, u, v);
@@ -198,6 +199,7 @@ class ReturnComputer {
   const RangeImage& image_;
   const PinholeCamera& camera_;
   const DeviceErrors& device_;
+  double nearest_m_;
   std::vector<double> weak_from_;  // by object
   std::vector<char> shiny_;
   std::vector<char> shadow_;

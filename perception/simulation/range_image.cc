@@ -1,6 +1,7 @@
 #include "perception/simulation/range_image.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 
@@ -73,53 +74,89 @@ class CoveredPixels {
   Silhouette silhouette_;
 };
 
-// `cast` returns where a ray in frame S hits the surface; S is placed at X_CS.
+// A part to draw, S placed at X_CS.
+struct PlacedPart {
+  PartId id = {};
+  Pose X_CS = Pose::Identity();
+  Pose X_SC = Pose::Identity();
+};
+
+// `cast` returns where a ray in frame S hits the surface.
 template <class Cast>
-void Draw(PartId id, const Pose& X_CS, const Aabb& bounds_C, const PinholeCamera& camera,
+void Draw(const PlacedPart& part, const ScreenBounds& screen, const PinholeCamera& camera,
           const Cast& cast, RangeImage& image, CoveredPixels& covered) {
-  const ScreenBounds screen = Project(bounds_C, camera);
-  const Pose X_SC = X_CS.inverse();
-  Ray ray_S{.origin = X_SC.translation()};
+  Ray ray_S{.origin = part.X_SC.translation()};
   for (int v = screen.v_begin; v < screen.v_end; ++v) {
     for (int u = screen.u_begin; u < screen.u_end; ++u) {
       // The direction has depth 1, so t is the depth.
-      ray_S.direction = X_SC.linear() * RayDirection(camera, u, v);
+      ray_S.direction = part.X_SC.linear() * RayDirection(camera, u, v);
       const std::optional<RayHit> hit = cast(ray_S);
       if (!hit || hit->t > kMaxCameraDepth_m) continue;
-      covered.Add(id.object, u, v);
+      covered.Add(part.id.object, u, v);
       Sighting& pixel = image.pixels[static_cast<std::size_t>(v) * image.width + u];
       if (pixel.seen() && pixel.depth_m <= hit->t) continue;
       pixel = {.depth_m = hit->t,
-               .normal_C = (X_CS.linear() * hit->normal).cast<float>(),
-               .object = id.object,
-               .part = id.part};
+               .normal_C = (part.X_CS.linear() * hit->normal).cast<float>(),
+               .object = part.id.object,
+               .part = part.id.part};
     }
   }
 }
 
-void DrawTriangles(PartId id, const TriangleMesh& mesh, const Pose& X_CS,
-                   const PinholeCamera& camera, RangeImage& image, CoveredPixels& covered) {
+// The pixels whose rays may hit a triangle with these corners in C, farther away than
+// kNearestDepth_m. Far tighter than the bounds of a box around it.
+ScreenBounds ProjectTriangle(const std::array<Vector3, 3>& corners_C, const PinholeCamera& camera) {
+  Eigen::AlignedBox2d pixels;
+  const auto extend = [&](const Vector3& p) {
+    const double scale_px = camera.focal_px / p.z();
+    pixels.extend(
+        Vector2(scale_px * p.x() + camera.center_x_px, scale_px * p.y() + camera.center_y_px));
+  };
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3& p = corners_C[i];
+    const Vector3& next = corners_C[(i + 1) % 3];
+    const bool seen = p.z() >= kNearestDepth_m;
+    if (seen) extend(p);
+    if (seen == (next.z() >= kNearestDepth_m)) continue;
+    // The edge crosses the nearest depth.
+    Vector3 crossing = p + (kNearestDepth_m - p.z()) / (next.z() - p.z()) * (next - p);
+    crossing.z() = kNearestDepth_m;
+    extend(crossing);
+  }
+  if (pixels.isEmpty()) return {};
+  constexpr double kRounding_px = 1e-6;
+  return {.u_begin = ClampedPixel(std::ceil(pixels.min().x() - kRounding_px), camera.width),
+          .u_end = ClampedPixel(std::floor(pixels.max().x() + kRounding_px) + 1, camera.width),
+          .v_begin = ClampedPixel(std::ceil(pixels.min().y() - kRounding_px), camera.height),
+          .v_end = ClampedPixel(std::floor(pixels.max().y() + kRounding_px) + 1, camera.height)};
+}
+
+void DrawTriangles(const PlacedPart& part, const TriangleMesh& mesh, const PinholeCamera& camera,
+                   RangeImage& image, CoveredPixels& covered) {
+  std::vector<Vector3> vertices_C;
+  vertices_C.reserve(mesh.vertices.size());
+  for (const Vector3& vertex : mesh.vertices) vertices_C.push_back(part.X_CS * vertex);
   for (const TriangleMesh::Triangle& triangle : mesh.triangles) {
+    const ScreenBounds screen = ProjectTriangle(
+        {vertices_C[triangle[0]], vertices_C[triangle[1]], vertices_C[triangle[2]]}, camera);
     const Vector3& a = mesh.vertices[triangle[0]];
     const Vector3& b = mesh.vertices[triangle[1]];
     const Vector3& c = mesh.vertices[triangle[2]];
-    Aabb bounds_C(X_CS * a);
-    bounds_C.extend(X_CS * b).extend(X_CS * c);
     Draw(
-        id, X_CS, bounds_C, camera, [&](const Ray& ray) { return CastRay(a, b, c, ray); }, image,
+        part, screen, camera, [&](const Ray& ray) { return CastRay(a, b, c, ray); }, image,
         covered);
   }
 }
 
-void DrawPart(PartId id, const Shape& shape, const Pose& X_CS, const PinholeCamera& camera,
+void DrawPart(const PlacedPart& part, const Shape& shape, const PinholeCamera& camera,
               RangeImage& image, CoveredPixels& covered) {
   if (const Mesh* mesh = std::get_if<Mesh>(&shape)) {
-    DrawTriangles(id, *mesh->mesh, X_CS, camera, image, covered);
+    DrawTriangles(part, *mesh->mesh, camera, image, covered);
   } else if (const Convex* convex = std::get_if<Convex>(&shape)) {
-    DrawTriangles(id, *convex->hull, X_CS, camera, image, covered);
+    DrawTriangles(part, *convex->hull, camera, image, covered);
   } else {
     Draw(
-        id, X_CS, TightBounds(shape, X_CS), camera,
+        part, Project(TightBounds(shape, part.X_CS), camera), camera,
         [&](const Ray& ray) { return CastRay(shape, ray); }, image, covered);
   }
 }
@@ -127,9 +164,11 @@ void DrawPart(PartId id, const Shape& shape, const Pose& X_CS, const PinholeCame
 void DrawParts(const SimulatedObject& object, std::int32_t index, const Pose& X_CW,
                const PinholeCamera& camera, RangeImage& image, CoveredPixels& covered) {
   for (std::size_t j = 0; j < object.parts.size(); ++j) {
-    const PartId id{.object = index, .part = static_cast<std::int32_t>(j)};
     const Pose X_CS = X_CW * object.X_WO * object.parts[j].X_FS;
-    DrawPart(id, object.parts[j].shape, X_CS, camera, image, covered);
+    const PlacedPart part{.id = {.object = index, .part = static_cast<std::int32_t>(j)},
+                          .X_CS = X_CS,
+                          .X_SC = X_CS.inverse()};
+    DrawPart(part, object.parts[j].shape, camera, image, covered);
   }
 }
 
