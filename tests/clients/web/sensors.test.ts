@@ -6,26 +6,30 @@ import { Vector3 } from "three";
 import { create, toBinary } from "@bufbuild/protobuf";
 import { WatchFramesResponseSchema } from "../../../clients/web/generated/cwm/v1/perception_pb";
 import { messageOf } from "../../../clients/web/src/viewer/codec";
+import { FramePacer } from "../../../clients/web/src/viewer/draw/frame_pacer";
 import { PointBuffers } from "../../../clients/web/src/viewer/draw/live_points";
 import { PacedCalls } from "../../../clients/web/src/viewer/paced_calls";
 import { PictureLatency } from "../../../clients/web/src/viewer/picture_latency";
 import { pixelClasses } from "../../../clients/web/src/viewer/pixel_classes";
 import { dimmed, isDimmed, isStriped, statusText } from "../../../clients/web/src/viewer/object_status";
-import { ageText, calibrationText, latencyText, lossText, rateText } from "../../../clients/web/src/viewer/sensor_text";
+import { ageText, calibrationText, latencyText, lossText, rateText, shareText } from "../../../clients/web/src/viewer/sensor_text";
 import { PixelClass } from "../../../clients/web/generated/cwm/v1/perception_pb";
-import type { Sensor } from "../../../clients/web/src/world/stream";
+import type { PixelCounts, Sensor } from "../../../clients/web/src/world/stream";
 
 const sensor = (more: Partial<Sensor> = {}): Sensor => ({
-  name: "front", is_streaming: true, frame_rate: 29.97, latency_p50_ms: 8.25, latency_p95_ms: 14, processed_count: "1200",
+  name: "front", is_streaming: true, frame_rate: 29.97, latency_p50_ms: 8.26, latency_p95_ms: 14, processed_count: "1200",
   dropped_count: "3", refused_count: "0", conflicts: [], ...more });
 
 test("a sensor is told in numbers that can be read", () => {
   assert.equal(rateText(sensor()), "30 /s");
   assert.equal(rateText(sensor({ frame_rate: 4.04 })), "4.0 /s");
   assert.equal(rateText(sensor({ is_streaming: false })), "stopped");
-  assert.equal(latencyText(sensor()), "8.25 ms, p95 14.0");
+  assert.equal(latencyText(sensor()), "8.3 ms, p95 14");
   assert.equal(latencyText(sensor({ processed_count: "0" })), "");
   assert.equal(lossText(sensor()), "3 dropped");
+  const pixels = (robot: string, missing: string): PixelCounts => ({ consistent: "0", nearer: "0", farther: "0", missing, robot, carried: "0", mixed: "0", hidden: "0" });
+  assert.equal(shareText("robot", [pixels("100", "300"), pixels("0", "600")]), "10.0 %");
+  assert.equal(shareText("robot", []), "");
   assert.equal(lossText(sensor({ refused_count: "1500" })), "3 dropped, 1\u2009500 refused");
   assert.deepEqual([0.4, 12, 119, 180, 9000].map(ageText), ["now", "12 s ago", "119 s ago", "3 min ago", "3 h ago"]);
   assert.equal(calibrationText(sensor()), "");
@@ -125,11 +129,30 @@ test("the picture is as old as its oldest message that was not drawn, with the s
   for (const thereAndBack of [30, 2, 9]) latency.called(thereAndBack);
   latency.received(1000);
   latency.received(1020);
+  latency.issued();
+  latency.received(1025);  // comes too late for this picture
   latency.drawn(1030);
   assert.deepEqual(latency.parts(), { server_ms: 8, way_ms: 1, page_ms: 30 });
-  latency.drawn(5000);
+  latency.drawn(1040);
   assert.equal(latency.parts()?.page_ms, 30, "a picture without news is no slow one");
-  latency.received(6000);
-  latency.drawn(6010);
+  latency.issued();
+  latency.drawn(1035);
   assert.equal(latency.parts()?.page_ms, 28);
+});
+
+test("pictures are drafts while they follow each other and cost much, and the last one is drawn well", () => {
+  const pacer = new FramePacer();
+  let now = 0;
+  const draw = (cost_ms: number, pause_ms: number): string => {
+    const quality = pacer.begin(now += pause_ms);
+    assert.ok(pacer.isBusy);
+    pacer.finish(now += cost_ms);
+    assert.ok(!pacer.isBusy);
+    return quality;
+  };
+  assert.deepEqual([draw(20, 0), draw(20, 10), draw(20, 10)], ["full", "full", "full"], "a fast one needs no drafts");
+  assert.deepEqual([draw(300, 10), draw(90, 10), draw(90, 30)], ["full", "draft", "draft"]);
+  assert.ok(pacer.isDraft);
+  assert.equal(draw(300, 250), "full", "nothing moves any more");
+  assert.deepEqual([draw(90, 10), draw(20, 10), draw(60, 10)], ["draft", "draft", "full"], "it has become faster");
 });

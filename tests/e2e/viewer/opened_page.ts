@@ -30,6 +30,7 @@ export interface Facts {
   chosen_grasp: number;
   theme: string;
   frames: number;
+  is_draft: boolean;
   draw_calls: number;
   instances: number;
   points: number;
@@ -108,9 +109,10 @@ export class OpenedPage {
     let frames = -1;
     await until("the picture was still", async () => {
       const before = frames;
-      frames = (await this.facts()).frames;
+      const facts = await this.facts();
+      frames = facts.frames;
       await this.page.waitForTimeout(150);
-      return before === frames;
+      return before === frames && !facts.is_draft;
     });
   }
 

@@ -78,6 +78,14 @@ export class DepthShading {
     renderer.getContext().flush();
   }
 
+  // Smooths outlines, which costs the most where the processor draws. It is on at first.
+  setSmooth(isSmooth: boolean): void {
+    const samples = isSmooth ? multisampling : 0;
+    if (this.target.samples === samples) return;
+    this.target.samples = samples;
+    this.target.dispose();  // made anew with the next picture
+  }
+
   // Draws the scene; `drawn` is called before the shading itself adds to what the renderer counts.
   render(renderer: WebGLRenderer, scene: Scene, camera: PerspectiveCamera, region: Region, drawn: () => void): void {
     const ratio = renderer.getPixelRatio();

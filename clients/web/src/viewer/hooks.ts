@@ -22,7 +22,7 @@ export function publish({ stage, view, sceneObjects, isShown, facts }: Hooked): 
   });
   const viewer = Object.freeze({
     objects,
-    facts: (): object => ({ ...facts(), ...stage.figures, script_times_ms: [...stage.scriptTimes_ms],
+    facts: (): object => ({ ...facts(), ...stage.figures, is_draft: stage.isDraft, script_times_ms: [...stage.scriptTimes_ms],
                             instances: view.instanceCount, grid_cell_m: stage.grid.cell_m }),
     project: (x: number, y: number, z: number): object => stage.onScreen(new Vector3(x, y, z)),
     // Draws once more, as if something had changed.

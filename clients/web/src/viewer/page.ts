@@ -145,6 +145,7 @@ export class Page {
       else this.select(picked);
     });
     this.picture.stage.onFrame = () => this.onFrame();
+    this.picture.stage.onFinished = () => this.sensors.drawn();
     window.addEventListener("keydown", (event) => this.onKey(event));
   }
 
@@ -419,7 +420,7 @@ export class Page {
     if (this.firstPicture_ms === 0 && this.updates > 0) this.firstPicture_ms = performance.now();
     if (!this.isDrawnUpToDate && figures.frames > 0) this.lastUpdate_ms = Date.now();
     this.isDrawnUpToDate = true;
-    this.sensors.drawn();
+    this.sensors.issued();
   }
 
   private facts(): Record<string, unknown> {

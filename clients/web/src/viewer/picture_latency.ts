@@ -1,5 +1,5 @@
-// How old the picture is: from the last byte of a sensor's frame at the server until the page has
-// issued the drawing. Its parts are measured each by one clock: the server's time for the frame, half
+// How old the picture is: from the last byte of a sensor's frame at the server until it is
+// drawn. Its parts are measured each by one clock: the server's time for the frame, half
 // of a call's way there and back, and the page's time from the socket to the drawing. Pure.
 
 export interface LatencyParts { server_ms: number; way_ms: number; page_ms: number; }
@@ -11,7 +11,8 @@ const share = 0.1;
 const keptWays = 10;
 
 export class PictureLatency {
-  private received_ms: number | undefined;  // of the oldest message that is not drawn yet
+  private received_ms: number | undefined;  // of the oldest message whose picture is not begun yet
+  private drawing_ms: number | undefined;   // that of the picture being drawn
   private server_ms = 0;
   private page_ms: number | undefined;
   private ways_ms: number[] = [];
@@ -19,11 +20,17 @@ export class PictureLatency {
   // A message came that will be drawn.
   received(at_ms: number): void { this.received_ms ??= at_ms; }
 
-  drawn(at_ms: number): void {
-    if (this.received_ms === undefined) return;
-    const page_ms = Math.max(0, at_ms - this.received_ms);
-    this.page_ms = this.page_ms === undefined ? page_ms : this.page_ms + share * (page_ms - this.page_ms);
+  // All that came before is in the picture that is drawn now.
+  issued(): void {
+    this.drawing_ms ??= this.received_ms;
     this.received_ms = undefined;
+  }
+
+  drawn(at_ms: number): void {
+    if (this.drawing_ms === undefined) return;
+    const page_ms = Math.max(0, at_ms - this.drawing_ms);
+    this.page_ms = this.page_ms === undefined ? page_ms : this.page_ms + share * (page_ms - this.page_ms);
+    this.drawing_ms = undefined;
   }
 
   // The server's time for a frame, as its sensors report it.
@@ -32,7 +39,7 @@ export class PictureLatency {
   called(thereAndBack_ms: number): void { this.ways_ms = [...this.ways_ms, thereAndBack_ms / 2].slice(-keptWays); }
 
   reset(): void {
-    this.received_ms = this.page_ms = undefined;
+    this.received_ms = this.drawing_ms = this.page_ms = undefined;
   }
 
   // Undefined until something was drawn.

@@ -56,6 +56,9 @@ export class SensorController {
 
   stateReceived(received_ms: number): void { if (this.sensors.length > 0) this.latency.received(received_ms); }
 
+  // Called when the commands of a picture are given, and when it is drawn.
+  issued(): void { this.latency.issued(); }
+
   drawn(): void {
     this.latency.drawn(now_ms());
     this.feed.drawn();
@@ -97,7 +100,7 @@ export class SensorController {
     this.note(frame.sensor, frame.frame_stamp ?? "", true);
     this.picture.livePoints.set(frame);
     if (frame.pixels) this.pixels.set(frame.sensor, frame.pixels);
-    this.panel.showCounts([...this.pixels.values()]);
+    this.panel.showShares([...this.pixels.values()]);
     this.picture.stage.requestRender();
   }
 

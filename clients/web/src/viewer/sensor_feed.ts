@@ -1,7 +1,7 @@
 // Follows the running sensors of one world: a list now and then, and, while somebody looks at them,
 // the points of their newest frames at the pace at which the page draws them.
 import type { Sensor, SensorPoints } from "../world/stream";
-import { notFound, now_ms, unavailable, unimplemented } from "./messages";
+import { notFound, now_ms, resourceExhausted, unavailable, unimplemented } from "./messages";
 import { CallFailure, type PacedStream, type RpcClient } from "./rpc_client";
 
 // chosen: figures that people read.
@@ -96,7 +96,7 @@ export class SensorFeed {
       },
       end: (error) => {  // opened again with the next list
         this.forget(sensor);
-        if (error && ![notFound, unavailable, unimplemented].includes(error.code)) this.listener.failed(error.message);
+        if (error && ![notFound, resourceExhausted, unavailable, unimplemented].includes(error.code)) this.listener.failed(error.message);
       } }));
   }
 

@@ -15,7 +15,7 @@ const dots = `
 
 // Pale lines across the screen, on a surface that stays opaque; the legend has the same.
 const lines = `
-  gl_FragColor.rgb = mix(gl_FragColor.rgb, vec3(0.66), fract(gl_FragCoord.y / 5.0) < 0.4 ? 0.6 : 0.0);
+  gl_FragColor.rgb = mix(gl_FragColor.rgb, vec3(0.66), fract(gl_FragCoord.y / 4.0) < 0.5 ? 0.4 : 0.0);
 `;
 
 function patterned(material: MeshStandardMaterial, pattern: string, name: string): MeshStandardMaterial {

@@ -8,6 +8,7 @@ import { axisCross } from "../../page/axis_cross";
 import { element } from "../../page/dom";
 import { DepthShading } from "../../scene/depth_shading";
 import { OrbitCamera } from "../../scene/orbit_camera";
+import { FramePacer, stillTime_ms, type Quality } from "./frame_pacer";
 import { Grid } from "./grid";
 import { Labels } from "./labels";
 
@@ -16,6 +17,9 @@ const clickSlack_px = 4;
 
 // The time until something is drawn even if the server does not answer.
 const patience_ms = 1000;
+
+// Pixels of the picture per CSS pixel.
+const drawnRatio: Record<Quality, number> = { full: Math.min(window.devicePixelRatio, 2), draft: 0.5 };
 
 // Light comes over the viewer's left shoulder.
 const lampPlace = new Vector3(-1, 1.4, 1.5);
@@ -42,10 +46,14 @@ export class Stage {
   readonly scriptTimes_ms: number[] = [];  // of the last frames
   floor_m = 0;
   isTouched = false;  // the user has chosen a view
-  onFrame: () => void = () => {};       // after each picture
+  onFrame: () => void = () => {};       // after the commands of each picture
+  onFinished: () => void = () => {};    // when it is drawn
   beforeFrame: () => void = () => {};   // updates that must be in step with the picture
   private readonly renderer = new WebGLRenderer({ antialias: false, alpha: true });  // the shading smooths
   private readonly shading = new DepthShading();
+  private readonly pacer = new FramePacer();
+  private fence: WebGLSync | null = null;  // behind the newest picture's commands
+  private stillTimer = 0;
   private readonly lamp = new DirectionalLight(0xffffff, 1.7);
   private readonly raycaster = new Raycaster();
   private readonly cross = axisCross();
@@ -55,7 +63,7 @@ export class Stage {
 
   // Throws if the browser has no WebGL 2.
   constructor() {
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.setPixelRatio(drawnRatio.full);
     this.renderer.info.autoReset = false;
     this.renderer.domElement.setAttribute("aria-hidden", "true");
     this.scene.add(new HemisphereLight(0xffffff, 0x8d8d99, 1.6), new AmbientLight(0xffffff, 0.6), this.lamp, this.lamp.target);
@@ -92,16 +100,51 @@ export class Stage {
   requestRender(): void {
     if (this.waiting || this.isUpdating || !this.isBegun) return;
     this.waiting = true;
-    requestAnimationFrame(() => {
+    const draw = (): void => {
+      if (this.isBusy()) {
+        requestAnimationFrame(draw);
+        return;
+      }
       this.waiting = false;
       this.render();
-    });
+    };
+    requestAnimationFrame(draw);
   }
 
-  render(): void {
+  // True if the newest picture will be drawn again, better.
+  get isDraft(): boolean { return this.pacer.isDraft; }
+
+  // Whether a picture is being drawn.
+  private isBusy(): boolean {
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    if (this.fence && gl.clientWaitSync(this.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return true;
+    if (this.fence) gl.deleteSync(this.fence);
+    this.fence = null;
+    if (!this.pacer.isBusy) return false;
+    this.pacer.finish(performance.now());
+    this.onFinished();
+    window.clearTimeout(this.stillTimer);
+    if (this.pacer.isDraft) this.stillTimer = window.setTimeout(() => this.requestRender(), stillTime_ms);
+    return false;
+  }
+
+  private awaitPicture(): void {
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    if (this.fence) gl.deleteSync(this.fence);
+    this.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    const look = (): void => { if (this.isBusy()) requestAnimationFrame(look); };
+    requestAnimationFrame(look);
+  }
+
+  private render(wanted?: Quality): void {
     const { width, height } = this.root.getBoundingClientRect();
     if (width === 0 || height === 0) return;
     const began = performance.now();
+    const paced = this.pacer.begin(began);
+    const quality = wanted ?? paced;
+    this.shading.setSmooth(quality === "full");
+    if (this.renderer.getPixelRatio() !== drawnRatio[quality]) this.renderer.setPixelRatio(drawnRatio[quality]);
     this.isUpdating = true;  // requests from here on are served by this picture
     try {
       this.beforeFrame();
@@ -120,6 +163,7 @@ export class Stage {
     this.scriptTimes_ms.push(this.figures.script_ms);
     if (this.scriptTimes_ms.length > 300) this.scriptTimes_ms.shift();
     ++this.figures.frames;
+    this.awaitPicture();
     this.onFrame();
   }
 
@@ -155,7 +199,7 @@ export class Stage {
 
   // The picture as a PNG, rendered again since the buffer is gone once it was shown.
   async screenshot(ground: string): Promise<Blob> {
-    this.render();
+    this.render("full");
     const canvas = document.createElement("canvas");
     canvas.width = this.renderer.domElement.width;
     canvas.height = this.renderer.domElement.height;

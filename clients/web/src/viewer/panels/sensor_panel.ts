@@ -1,11 +1,11 @@
 // The running sensors: how fast, how late, what was lost; the switch of the live points with their
 // legend; the age of the picture.
 import { element, swatch, withTitle } from "../../page/dom";
-import { count, ms } from "../../page/quantity";
+import { count } from "../../page/quantity";
 import type { PixelCounts, Sensor } from "../../world/stream";
 import { pixelClasses, type PixelClass } from "../pixel_classes";
 import type { LatencyParts } from "../picture_latency";
-import { ageText, calibrationText, latencyParts, latencySum_ms, latencyText, lossText, rateText } from "../sensor_text";
+import { ageText, calibrationText, latencyParts, latencySum, latencyText, lossText, rateText, shareText } from "../sensor_text";
 
 interface Row { root: HTMLElement; rate: HTMLElement; latency: HTMLElement; losses: HTMLElement; age: HTMLElement; warning: HTMLElement; }
 
@@ -23,7 +23,7 @@ export class SensorPanel {
   private readonly legend = element("div", "classes");
   private readonly picture = element("p", "picture");
   private readonly rows = new Map<string, Row>();
-  private readonly counts = new Map<PixelClass["key"], HTMLElement>();
+  private readonly shares = new Map<PixelClass["key"], HTMLElement>();
 
   constructor(turn: () => void) {
     this.root.setAttribute("aria-label", "Sensors");
@@ -31,9 +31,9 @@ export class SensorPanel {
     this.live.title = "The newest frames' points, in the colours of their classes (v)";
     this.live.addEventListener("click", () => turn());
     for (const { key, color, meaning } of drawnClasses) {
-      const number = element("span", "count");
-      this.counts.set(key, number);
-      this.legend.append(withTitle(element("span", "class", swatch(color), element("span", "", key), number), meaning));
+      const share = element("span", "share");
+      this.shares.set(key, share);
+      this.legend.append(withTitle(element("span", "class", swatch(color), element("span", "", key), share), meaning));
     }
     this.root.append(element("header", "", element("h2", "", "Sensors"), this.live), this.list, this.legend, this.picture);
     this.root.hidden = true;
@@ -57,15 +57,15 @@ export class SensorPanel {
     this.legend.hidden = !isOn;
   }
 
-  // Numbers of pixels in the newest frames, all sensors together.
-  showCounts(all: readonly PixelCounts[]): void {
-    for (const [key, number] of this.counts) write(number, count(all.reduce((sum, counts) => sum + Number(counts[key]), 0)));
+  // Of the newest frames of all sensors.
+  showShares(frames: readonly PixelCounts[]): void {
+    for (const [key, share] of this.shares) write(share, shareText(key, frames));
   }
 
   showLatency(parts: LatencyParts | undefined): void {
     this.picture.hidden = parts === undefined;
     if (!parts) return;
-    write(this.picture, `Picture ${ms(latencySum_ms(parts))} ms after the frame`);
+    write(this.picture, latencySum(parts));
     this.picture.title = latencyParts(parts);
   }
 
