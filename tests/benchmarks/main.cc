@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tests/benchmarks/benchmarks.h"
+#include "tests/benchmarks/live/live_benchmarks.h"
 #include "tests/benchmarks/server/server_benchmarks.h"
 #include "tests/benchmarks/store/store_benchmarks.h"
 #include "tests/benchmarks/usage.h"
@@ -55,6 +56,7 @@ const std::map<std::string, std::vector<std::function<void(Report&)>>>& Groups()
       {"collision-latency", {MeasureRobotLatency}},
       {"collision-samples", {MeasureSamples}},
       {"collision-worlds", {MeasureWorlds, MeasurePublishing, MeasureLargeMesh}},
+      {"live", {MeasureLive}},
       {"people", {MeasurePython, MeasurePlanning, MeasureGrasps, MeasureViewer}},
       {"people-grasps", {MeasureGrasps}},
       {"people-planner", {MeasurePlanning}},

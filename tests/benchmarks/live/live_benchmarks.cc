@@ -1,0 +1,18 @@
+#include "tests/benchmarks/live/live_benchmarks.h"
+
+namespace cwm::benchmarks {
+
+const std::vector<std::pair<std::string, std::function<void(Report&)>>>& LiveParts() {
+  static const std::vector<std::pair<std::string, std::function<void(Report&)>>> parts = {
+      {"yardstick", MeasureLiveYardstick},
+      {"change", MeasureLiveChange},
+      {"static", MeasureLiveStatic},
+      {"cpu", MeasureLiveCpu}};
+  return parts;
+}
+
+void MeasureLive(Report& report) {
+  for (const auto& [name, measure] : LiveParts()) measure(report);
+}
+
+}  // namespace cwm::benchmarks

@@ -1,0 +1,42 @@
+// The figures of `./dev bench live`: worlds that follow running sensors, through a server of their
+// own and over gRPC. Sensors are simulated Kinects of 640 x 480 pixels at 30 Hz, unless said
+// otherwise, whose frames are rendered before they are sent.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/benchmarks/report.h"
+
+namespace cwm::benchmarks {
+
+// The median of the yardstick on this machine in this run, measured by the first call:
+// live_yardstick_ms. Empty without liboctomap-dev.
+std::optional<double> Yardstick_ms(Report& report);
+void MeasureLiveYardstick(Report& report);
+
+// One pushed thing, from the last byte of a frame to the revision that a query sees:
+// live_change_p50_ms, live_change_p95_ms.
+void MeasureLiveChange(Report& report);
+
+// Frames in which nothing changes: live_static_fps_1, live_static_fps_3, live_static_revisions.
+void MeasureLiveStatic(Report& report);
+
+// Processor time of a frame by its share of changed pixels: live_cpu_ms_0, _2, _5, _20, and with
+// 200 known objects live_cpu_known_ratio.
+void MeasureLiveCpu(Report& report);
+
+// The parts by the names by which they can be measured alone.
+const std::vector<std::pair<std::string, std::function<void(Report&)>>>& LiveParts();
+// All of them.
+void MeasureLive(Report& report);
+
+// The figure beside its limit, with the ratio to the yardstick of this run, if there is one, in its
+// text; `asked_ratio` is the ratio that decides on machines of another speed.
+Figure BesideYardstick(Figure figure, double limit, std::optional<double> asked_ratio,
+                       Report& report);
+
+}  // namespace cwm::benchmarks

@@ -1,0 +1,140 @@
+#include "tests/benchmarks/live/live_scenes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "perception/simulation/furniture.h"
+#include "perception/simulation/look_at.h"
+#include "perception/simulation/random_draws.h"
+
+namespace cwm::benchmarks {
+namespace {
+
+using perception::RandomDraws;
+using perception::SimulatedObject;
+
+constexpr int kRows = 4, kColumns = 5;
+constexpr double kRowStep_m = 0.19, kColumnStep_m = 0.2;
+constexpr double kJitter_m = 0.015;  // of a thing's place in the grid
+const Vector3 kMiddle(0.72, 0, kTableTop_m);
+
+// Solids that stand on z = 0, with footprints of at most 60 mm radius.
+Placed<> RandomThing(RandomDraws& draws) {
+  const auto standing = [](Shape shape, double height_m) {
+    return Placed<>{.X_FS = MakeTranslation(0, 0, 0.5 * height_m), .shape = std::move(shape)};
+  };
+  switch (draws.Below(4)) {
+    case 0: {
+      const double x_m = draws.Uniform(0.05, 0.1), y_m = draws.Uniform(0.04, 0.06);
+      const double z_m = draws.Uniform(0.05, 0.16);
+      return standing(Box{.size_m = {x_m, y_m, z_m}}, z_m);
+    }
+    case 1: {
+      const double length_m = draws.Uniform(0.06, 0.16);
+      return standing(Cylinder{.radius_m = draws.Uniform(0.027, 0.05), .length_m = length_m},
+                      length_m);
+    }
+    case 2: {
+      const double radius_m = draws.Uniform(0.032, 0.055);
+      return standing(Sphere{.radius_m = radius_m}, 2 * radius_m);
+    }
+    default: {
+      const double bottom_m = draws.Uniform(0.026, 0.034), length_m = draws.Uniform(0.07, 0.12);
+      const double top_m = bottom_m + draws.Uniform(0.01, 0.02);
+      return standing(
+          Cone{.radius_bottom_m = bottom_m, .radius_top_m = top_m, .length_m = length_m}, length_m);
+    }
+  }
+}
+
+struct Extent {
+  double radius_m = 0;
+  double height_m = 0;
+  double volume_m3 = 0;
+};
+
+struct ExtentOf {
+  Extent operator()(const Sphere& s) const {
+    return {s.radius_m, s.radius_m, 4 * std::numbers::pi / 3 * std::pow(s.radius_m, 3)};
+  }
+  Extent operator()(const Box& b) const {
+    return {0.5 * b.size_m.head<2>().norm(), 0.5 * b.size_m.z(), b.size_m.prod()};
+  }
+  Extent operator()(const Cylinder& c) const {
+    return {c.radius_m, 0.5 * c.length_m, std::numbers::pi * c.radius_m * c.radius_m * c.length_m};
+  }
+  Extent operator()(const Cone& c) const {
+    const double a = c.radius_bottom_m, b = c.radius_top_m;
+    return {std::max(a, b), 0.5 * c.length_m,
+            std::numbers::pi / 3 * c.length_m * (a * a + a * b + b * b)};
+  }
+  template <class Other>
+  Extent operator()(const Other&) const {
+    return {};
+  }
+};
+
+perception::SequenceSensor Sensor(int index) {
+  // Eyes before the table, and to both sides of it.
+  const Vector3 eyes[] = {{0.15, 0, 1.55}, {0.5, -0.7, 1.5}, {0.5, 0.7, 1.5}};
+  perception::SequenceSensor sensor;
+  sensor.name = "camera_" + std::to_string(index + 1);
+  sensor.mount = perception::LookAt(eyes[index], kMiddle);
+  sensor.device_seed = 100 + static_cast<std::uint64_t>(index);
+  return sensor;
+}
+
+}  // namespace
+
+double FootprintRadius_m(const SimulatedObject& object) {
+  double radius_m = 0;
+  for (const Placed<>& part : object.parts) {
+    radius_m = std::max(radius_m, part.X_FS.translation().head<2>().norm() +
+                                      std::visit(ExtentOf(), part.shape).radius_m);
+  }
+  return radius_m;
+}
+
+double Height_m(const SimulatedObject& object) {
+  double height_m = 0;
+  for (const Placed<>& part : object.parts) {
+    height_m = std::max(height_m,
+                        part.X_FS.translation().z() + std::visit(ExtentOf(), part.shape).height_m);
+  }
+  return height_m;
+}
+
+double Volume_m3(const SimulatedObject& object) {
+  double volume_m3 = 0;
+  for (const Placed<>& part : object.parts) {
+    volume_m3 += std::visit(ExtentOf(), part.shape).volume_m3;
+  }
+  return volume_m3;
+}
+
+perception::SequenceScript TableScript(const TableOptions& options) {
+  perception::SequenceScript script;
+  script.duration_s = options.duration_s;
+  script.seed = options.seed;
+  // The table fills the view, so that rays are as long as those of a camera over a work space.
+  script.scene.objects = {perception::MakeTop(
+      "table", {.area_W = {Vector2(-0.2, -1.2), Vector2(1.8, 1.2)}, .top_m = kTableTop_m})};
+  RandomDraws draws(options.seed, 39);
+  for (int i = 0; i < std::min(options.thing_count, kRows * kColumns); ++i) {
+    const double row = i / kColumns - 0.5 * (kRows - 1), column = i % kColumns - 2;
+    const Vector3 offset(row * kRowStep_m + draws.Uniform(-kJitter_m, kJitter_m),
+                         column * kColumnStep_m + draws.Uniform(-kJitter_m, kJitter_m), 0);
+    const Quaternion yaw(
+        Eigen::AngleAxisd(draws.Uniform(0, 2 * std::numbers::pi), Vector3::UnitZ()));
+    SimulatedObject thing{.name = "thing_" + std::to_string(i + 1),
+                          .parts = {RandomThing(draws)},
+                          .X_WO = MakePose(kMiddle + offset, yaw)};
+    script.scene.objects.push_back(std::move(thing));
+  }
+  for (int i = 0; i < options.sensor_count; ++i) script.sensors.push_back(Sensor(i));
+  return script;
+}
+
+}  // namespace cwm::benchmarks

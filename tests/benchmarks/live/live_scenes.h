@@ -1,0 +1,35 @@
+// The simulated scenes of the figures of live sensors: a table with household things, and
+// depth cameras on stands.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "perception/simulation/sequence_script.h"
+
+namespace cwm::benchmarks {
+
+struct TableOptions {
+  int thing_count = 20;  // at most 20
+  double duration_s = 60;
+  std::uint64_t seed = 1;
+  int sensor_count = 1;  // at most 3: before, left and right of the table
+};
+
+inline constexpr double kTableTop_m = 0.75;
+// The index of the first thing among the objects of the scene, after the table.
+inline constexpr std::size_t kFirstThing = 1;
+
+// Boxes, cans, balls and cups of random sizes in a grid on the table, at least 5 cm apart, all at
+// rest. Fixed Kinects of 640 x 480 pixels at 30 Hz. No robots, hands or events.
+perception::SequenceScript TableScript(const TableOptions& options);
+
+// The largest distance of the object's parts from its origin, and its height above it, metres.
+double FootprintRadius_m(const perception::SimulatedObject& object);
+double Height_m(const perception::SimulatedObject& object);
+
+// The parts' volume, if they do not overlap; of boxes, cylinders, spheres and cones alone.
+double Volume_m3(const perception::SimulatedObject& object);
+
+}  // namespace cwm::benchmarks
