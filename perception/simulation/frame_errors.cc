@@ -38,15 +38,16 @@ constexpr double kColumnCorrelation_px = 2;
 // dark surfaces. chosen: the amounts, so that as many do in the scenes of this folder.
 constexpr double kStrongReturn_sigma = 5;
 constexpr double kWeakCorrelation_px = 3;
-constexpr double kWeakFrom_sigma = 1.45;  // of the device's field: 7 % of the pixels are above
-constexpr double kWeakBy = 8;             // per sigma of the field above it ...
-constexpr double kMaxWeakness = 6;        // ... up to this
+constexpr double kWeakFrom_sigma =
+    1.0;                            // of the field of the device: a sixth of the pixels are above
+constexpr double kWeakBy = 8;       // per sigma of the field above it ...
+constexpr double kMaxWeakness = 6;  // ... up to this
 constexpr double kMinEdgeWeakness = 2.5, kMaxEdgeWeakness = 5.5;
 constexpr double kGrazingFrom_rad = 62 * std::numbers::pi / 180;
 constexpr double kGrazingTo_rad = 82 * std::numbers::pi / 180;
 constexpr double kGrazingBy = 7;             // at kGrazingTo_rad
 constexpr double kDarkShare = 0.15;          // of the objects
-constexpr double kDarkWeakFrom_sigma = 0.5;  // a third of the pixels of dark surfaces are weak
+constexpr double kDarkWeakFrom_sigma = 0.5;  // on dark surfaces: a third
 constexpr double kValidityCorrelation_px = 1.5;
 
 // chosen: share of the pixels at an edge that mix both sides, as in virtual_scanner.cc.
