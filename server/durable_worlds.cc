@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "server/core/error.h"
+#include "server/core/live/live_commit.h"
 #include "server/service_manager.h"
 #include "server/store/replay.h"
 #include "server/store/sqlite/sqlite_store.h"
@@ -66,6 +67,21 @@ absl::Status ExpireRules(const WorldRegistry& worlds) {
   return absl::OkStatus();
 }
 
+// Takes away what sensors saw moving before the restart: nobody knows where it is now.
+absl::Status RemoveOldMovers(const WorldRegistry& worlds) {
+  for (const std::shared_ptr<World>& world : worlds.List()) {
+    const auto make = [](const SnapshotPtr& latest) { return RemoveMovers(*latest); };
+    if (make(world->Snapshot()).empty()) continue;
+    const absl::Status removed =
+        world->Update(make, {}, {.durability = Durability::kObserved}).status();
+    if (removed.ok()) continue;
+    if (DetailsOf(removed).reason != "DISK_FULL") return removed;
+    spdlog::warn("world '{}': movers of before the restart stay until the disk has room: {}",
+                 world->name(), std::string(removed.message()));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<DurableWorlds>> DurableWorlds::Open(const Options::Store& options) {
@@ -116,7 +132,8 @@ absl::Status DurableWorlds::RestoreAll(Application& application) {
   application.worlds.SetJournal(journal_.get());
   application.worlds.Restore(std::move(replayed->worlds), replayed->deleted);
   application.store_admin = journal_.get();
-  return ExpireRules(application.worlds);
+  if (absl::Status expired = ExpireRules(application.worlds); !expired.ok()) return expired;
+  return RemoveOldMovers(application.worlds);
 }
 
 absl::Status DurableWorlds::Close(Application& application) {

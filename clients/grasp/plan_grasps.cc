@@ -55,6 +55,7 @@ absl::Status UnknownObjectError(const std::string& name, const ObjectsByName& ob
 std::string UngraspableReason(const Object& object) {
   if (object.kind == ObjectKind::kSupport) return "is a support: it stays where it is";
   if (object.kind == ObjectKind::kUnseen) return "is unseen space: nothing is known of it";
+  if (object.kind == ObjectKind::kMover) return "is a mover: nothing of it is modelled";
   if (!object.bounds) return "has no bounds: it reaches without end";
   if (object.attachment) {
     return absl::StrCat("is held by ", object.attachment->robot, "/", object.attachment->link);

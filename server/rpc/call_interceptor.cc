@@ -2,6 +2,8 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <algorithm>
+#include <iterator>
 #include <string_view>
 
 #include "server/rpc/runtime.h"
@@ -15,8 +17,10 @@ using grpc::experimental::InterceptorBatchMethods;
 using grpc::experimental::ServerRpcInfo;
 
 constexpr std::string_view kOwnMethods = "/cwm.v1.";
-// A watch lives as long as its client likes, so it is never reported as slow.
-constexpr std::string_view kWatch = "/cwm.v1.WorldService/WatchWorld";
+// These live as long as their client likes, so they are never reported as slow.
+constexpr std::string_view kEndless[] = {"/cwm.v1.WorldService/WatchWorld",
+                                         "/cwm.v1.PerceptionService/WatchFrames",
+                                         "/cwm.v1.RobotService/StreamRobotStates"};
 
 // gRPC passes messages as void*; those of our methods are all raw bytes (messages.h).
 std::size_t SizeOf(const void* message) {
@@ -40,7 +44,10 @@ class CallInterceptor final : public grpc::experimental::Interceptor {
   }
 
  private:
-  bool IsSlow() const { return took() > kSlowCall && info_.method() != kWatch; }
+  bool IsSlow() const {
+    if (took() <= kSlowCall) return false;
+    return std::ranges::find(kEndless, std::string_view(info_.method())) == std::end(kEndless);
+  }
   Clock::duration took() const { return Clock::now() - begin_; }
 
   void End(InterceptorBatchMethods& batch) {

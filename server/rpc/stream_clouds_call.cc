@@ -17,6 +17,8 @@ constexpr char kMethod[] = "/cwm.v1.PerceptionService/StreamClouds";
 // chosen: a client that does not read its answers is not read from either; each has a few hundred
 // bytes.
 constexpr std::size_t kMaxUnreadAnswers = 1'024;
+// derived: about twenty images of single precision in the view and in what is shown of it.
+constexpr std::int64_t kViewBytesPerPixel = 80;
 // measured: a frame takes about so long on one core, which shares the queue among clients.
 constexpr double kFrame_s = 0.005;
 
@@ -167,7 +169,11 @@ absl::Status StreamCloudsCall::Take() {
   MemoryCharge charge =
       MemoryCharge::Empty(runtime_.application.memory, MemoryBudget::Client(client_));
   const auto size = static_cast<std::int64_t>(read_.Length());
-  if (absl::Status charged = charge.Resize(2 * size); !charged.ok()) return charged;
+  if (absl::Status charged = charge.Resize(2 * size); !charged.ok()) {
+    if (!plan_.has_value()) return charged;
+    RefuseUnread(charged);
+    return absl::OkStatus();
+  }
   v1::StreamCloudsRequest message;
   WorkBudget budget(Clock::time_point::max(), stop_.get_token());
   if (absl::Status parsed = ParseRequest(read_, &message, &budget); !parsed.ok()) return parsed;
@@ -188,6 +194,10 @@ absl::Status StreamCloudsCall::TakeCalibration(const v1::SensorCalibration& cali
   auto plan = SensorPlanFromProto(calibration, runtime_.application.limits,
                                   FieldPath::OfRequest("calibration"));
   if (!plan.ok()) return plan.status();
+  view_ = MemoryCharge::Empty(runtime_.application.memory, MemoryBudget::Client(client_));
+  if (auto charged = view_.Resize(kViewBytesPerPixel * plan->pixel_count()); !charged.ok()) {
+    return charged;
+  }
   WorldRegistry& worlds = runtime_.application.worlds;
   auto world = plan->world_uid.empty() ? worlds.FindOrCreate(plan->world)
                                        : worlds.Find(plan->world, plan->world_uid);
@@ -254,6 +264,15 @@ void StreamCloudsCall::ProcessWaiting() {
   Advance();
   // Other sensors take their turns in between.
   if (goes_on) Enqueue(&StreamCloudsCall::ProcessWaiting);
+}
+
+void StreamCloudsCall::RefuseUnread(const absl::Status& why) {
+  std::int64_t number = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    number = frame_count_++;
+  }
+  Answer(number, {}, RefusedOutcome(why));
 }
 
 absl::StatusOr<FrameOutcome> StreamCloudsCall::Process(const Frame& frame) {

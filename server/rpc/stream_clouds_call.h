@@ -63,6 +63,8 @@ class StreamCloudsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, 
   absl::Status Take();
   absl::Status TakeCalibration(const v1::SensorCalibration& calibration);
   absl::Status TakeFrame(v1::SensorFrame& message, MemoryCharge charge);
+  // Answers a frame for which there is no memory.
+  void RefuseUnread(const absl::Status& why);
   absl::StatusOr<FrameOutcome> Process(const Frame& frame);
   FrameOutcome RefusedOutcome(const absl::Status& why) const;
   // Sets the answer to a frame.
@@ -80,6 +82,7 @@ class StreamCloudsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   // Set by the calibration, which is taken before any frame.
   std::optional<SensorPlan> plan_;
+  MemoryCharge view_;  // for what the sensor's view keeps of each pixel
   std::shared_ptr<World> world_;
   std::unique_ptr<SensorStream> sensor_;
 

@@ -35,8 +35,11 @@ struct SensorPlan {
   std::optional<DepthPlan> depth = {};
   std::optional<PointsPlan> points = {};
 
-  // nullopt for points whose camera is not known yet.
   std::int64_t frame_bytes() const { return depth ? depth->byte_count() : points->byte_count(); }
+  std::int64_t pixel_count() const {
+    return depth ? static_cast<std::int64_t>(depth->camera.pixel_count())
+                 : std::int64_t{points->width} * points->height;
+  }
 };
 
 absl::StatusOr<SensorPlan> SensorPlanFromProto(const v1::SensorCalibration& calibration,

@@ -183,27 +183,70 @@ absl::StatusOr<std::unique_ptr<SensorStream>> LiveWorld::Open(const SensorCalibr
   return std::make_unique<SensorStream>(shared_from_this(), std::move(session), number);
 }
 
-absl::StatusOr<Pose> LiveWorld::PoseAt(const SensorCalibration& calibration, const LiveFrame& frame,
-                                       const collision::WorldSnapshot& snapshot) const {
-  if (frame.X_WC.has_value()) return *frame.X_WC;
-  if (calibration.mount.has_value()) {
-    const SensorMount& mount = *calibration.mount;
-    const collision::WorldRobotPtr robot = snapshot.FindRobot(mount.robot);
-    const auto link = robot == nullptr ? std::nullopt : robot->model().FindLink(mount.link);
-    if (!link.has_value()) {
-      return MakeError(absl::StatusCode::kFailedPrecondition,
-                       absl::StrCat("the link ", mount.robot, "/", mount.link,
-                                    " that carries the sensor is no longer there"),
-                       {.reason = "ROBOT_STATE_MISSING"});
+absl::StatusOr<LiveWorld::SensorPlace> LiveWorld::PlaceAt(const SensorCalibration& calibration,
+                                                          const LiveFrame& frame,
+                                                          std::span<const RobotAtFrame> robots,
+                                                          const SensorComparison& before) const {
+  if (frame.X_WC.has_value()) {
+    SensorPlace place{.X_WC = *frame.X_WC};
+    const bool moved = before.X_WC.has_value() && before.newest.has_value() &&
+                       before.X_WC->matrix() != frame.X_WC->matrix();
+    if (moved) {
+      const std::chrono::duration<double> since = frame.stamp - *before.newest;
+      place.V_WC = perception::VelocityBetween(*before.X_WC, place.X_WC, since.count());
     }
-    return robot->X_WL[static_cast<std::size_t>(*link)] * mount.X_LC;
+    return place;
   }
-  if (calibration.X_WC.has_value()) return *calibration.X_WC;
+  if (calibration.mount.has_value()) return PlaceOnRobot(*calibration.mount, robots);
+  if (calibration.X_WC.has_value()) return SensorPlace{.X_WC = *calibration.X_WC};
   const std::optional<SensorPose> kept = world_->SensorPoseOf(calibration.sensor);
-  if (kept.has_value() && kept->given) return kept->X_WC;
+  if (kept.has_value() && kept->given) return SensorPlace{.X_WC = kept->X_WC};
   return InvalidField("frame.x_world_sensor",
                       "is absent, must be set: neither the calibration nor an earlier scan tells "
                       "the sensor's pose");
+}
+
+absl::StatusOr<LiveWorld::SensorPlace> LiveWorld::PlaceOnRobot(
+    const SensorMount& mount, std::span<const RobotAtFrame> robots) {
+  const auto carrier = std::ranges::find_if(
+      robots, [&](const RobotAtFrame& at) { return at.robot->name == mount.robot; });
+  const std::optional<int> link =
+      carrier == robots.end() ? std::nullopt : carrier->robot->model().FindLink(mount.link);
+  if (!link.has_value()) {
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     absl::StrCat("the link ", mount.robot, "/", mount.link,
+                                  " that carries the sensor is no longer there"),
+                     {.reason = "ROBOT_STATE_MISSING"});
+  }
+  if (carrier->state.source == perception::StateSource::kMissing) {
+    return MakeError(
+        absl::StatusCode::kFailedPrecondition,
+        absl::StrCat("no state of the robot \"", mount.robot, "\" tells where the link ",
+                     mount.link, " was at the frame's stamp"),
+        {.reason = carrier->state.reason});
+  }
+  const perception::LinkAtStamp& at = carrier->links[static_cast<std::size_t>(*link)];
+  SensorPlace place{.X_WC = at.X_WL * mount.X_LC, .V_WC = at.V_WL};
+  place.V_WC.linear_W_m_s +=
+      at.V_WL.angular_W_rad_s.cross(place.X_WC.translation() - at.X_WL.translation());
+  return place;
+}
+
+RobotsSeen LiveWorld::FindRobots(SensorComparison& comparison, const SensorCalibration& calibration,
+                                 const LiveFrame& frame, const SensorPlace& place,
+                                 const BodyTable& table,
+                                 std::span<const perception::KnownBody> bodies,
+                                 std::span<const RobotAtFrame> robots) {
+  if (robots.empty()) return {};
+  const perception::ExpectedView& expected = comparison.view->Expect(bodies, place.X_WC);
+  return comparison.robots.Mask({.camera = &comparison.camera,
+                                 .X_WC = place.X_WC,
+                                 .V_WC = place.V_WC,
+                                 .image = frame.image.get(),
+                                 .noise = calibration.noise,
+                                 .expected_m = expected.depth_m(),
+                                 .expected_body = expected.body()},
+                                frame.exposure, table, bodies, robots, shapes_);
 }
 
 absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uint64_t stream,
@@ -221,11 +264,13 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
     return stale;
   }
   const SensorCalibration calibration = session->calibration();
-  const std::shared_ptr<const BodyTable> bodies = numbers_.TableOf(world_->Tip());
-  const absl::StatusOr<Pose> X_WC = PoseAt(calibration, frame, *bodies->snapshot);
-  if (!X_WC.ok()) {
-    FrameOutcome refused = RefusedBy(X_WC.status());
-    refused.revision = bodies->snapshot->revision();
+  const std::shared_ptr<const BodyTable> table = numbers_.TableOf(world_->Tip());
+  const std::vector<RobotAtFrame> robots =
+      RobotsAt(*table->snapshot, world_->robot_states(), frame.stamp);
+  const absl::StatusOr<SensorPlace> place = PlaceAt(calibration, frame, robots, comparison);
+  if (!place.ok()) {
+    FrameOutcome refused = RefusedBy(place.status());
+    refused.revision = table->snapshot->revision();
     return refused;
   }
   if (comparison.view == nullptr || comparison.camera != frame.camera) {
@@ -233,21 +278,29 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
                                                                calibration.noise);
     comparison.camera = frame.camera;
   }
+  const std::vector<perception::KnownBody> bodies = BodiesAt(*table, robots);
+  comparison.view->Expect(bodies, place->X_WC);
+  stages.End("expected");
+  RobotsSeen seen = FindRobots(comparison, calibration, frame, *place, *table, bodies, robots);
   stages.End("robot");
   comparison.newest = frame.stamp;
+  comparison.X_WC = place->X_WC;
   const FrameEvidence evidence = comparison.view->Observe(
-      {.stamp = frame.stamp, .X_WC = *X_WC, .image = frame.image}, bodies->bodies, {});
-  NoteSightings(evidence, *bodies, comparison);
+      {.stamp = frame.stamp, .X_WC = place->X_WC, .image = frame.image}, bodies, seen.mask);
+  NoteSightings(evidence, *table, comparison);
   stages.End("compare");
-  FrameOutcome outcome{.X_WC = *X_WC};
+  FrameOutcome outcome{.reason = std::move(seen.reason), .message = std::move(seen.message)};
+  outcome.X_WC = place->X_WC;
+  outcome.robot_state_age_ms = seen.state_age_ms;
   outcome.pixels = evidence.classes->counts;
   std::uint64_t number = 0;
   {
     const std::lock_guard sequence(sequencer_);
     number = ++last_frame_;
-    const std::vector<perception::TrackChange> changes = Track(evidence, bodies, session);
+    const std::vector<perception::TrackChange> changes = Track(evidence, table, bodies, session);
     stages.End("track");
-    auto written = Publish(changes, evidence.sensor, bodies);
+    auto written =
+        Publish(changes, evidence.sensor, table, world_->robot_states().TakeForFrame(Clock::now()));
     if (!written.ok()) {
       if (absl::IsNotFound(written.status())) return written.status();  // WORLD_DELETED
       FrameOutcome refused = RefusedBy(written.status());
@@ -268,7 +321,7 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
       std::make_shared<const DisplayFrame>(DisplayFrame{.number = number,
                                                         .sensor = calibration.sensor,
                                                         .stamp = frame.stamp,
-                                                        .X_WC = *X_WC,
+                                                        .X_WC = place->X_WC,
                                                         .camera = frame.camera,
                                                         .image = frame.image,
                                                         .classes = evidence.classes,
@@ -284,17 +337,18 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
   return outcome;
 }
 
-std::vector<perception::TrackChange> LiveWorld::Track(
-    const Evidence& evidence, const std::shared_ptr<const BodyTable>& bodies,
-    const Session& session) {
+std::vector<perception::TrackChange> LiveWorld::Track(const Evidence& evidence,
+                                                      const std::shared_ptr<const BodyTable>& table,
+                                                      std::span<const perception::KnownBody> bodies,
+                                                      const Session& session) {
   session->set_tracked(true);
-  perception::StepResult step = tracker_.Step(evidence, bodies->bodies);
-  PublishFacts(step, *bodies);
+  perception::StepResult step = tracker_.Step(evidence, bodies);
+  PublishFacts(step, *table);
   for (perception::RegionRequest& request : step.requests) {
     RegionJob job{.sensor = evidence.sensor,
                   .request = std::move(request),
                   .frame = evidence,
-                  .bodies = bodies,
+                  .bodies = table,
                   .max_threads = services_.max_threads,
                   .threads_now = services_.threads_now};
     for (const Gone& each : gone_) job.gone.push_back(each.object);
@@ -306,9 +360,17 @@ std::vector<perception::TrackChange> LiveWorld::Track(
 
 absl::StatusOr<LiveWritten> LiveWorld::Publish(const std::vector<perception::TrackChange>& changes,
                                                const std::string& sensor,
-                                               const std::shared_ptr<const BodyTable>& bodies) {
-  if (changes.empty()) return LiveWritten{.revision = world_->Snapshot()->revision()};
-  auto written = Commit(*world_, {.bodies = bodies, .changes = changes, .sensor = sensor}, movers_);
+                                               const std::shared_ptr<const BodyTable>& table,
+                                               std::vector<collision::SetRobotState> robot_states) {
+  if (changes.empty() && robot_states.empty()) {
+    return LiveWritten{.revision = world_->Snapshot()->revision()};
+  }
+  auto written = Commit(*world_,
+                        {.bodies = table,
+                         .changes = changes,
+                         .sensor = sensor,
+                         .robot_states = std::move(robot_states)},
+                        movers_);
   if (!written.ok()) return written.status();
   const Clock::time_point now = Clock::now();
   std::erase_if(gone_, [&](const Gone& each) { return now - each.when > kKeepTime; });
@@ -455,10 +517,10 @@ void LiveWorld::ForgetMovers(SensorSession& session) {
   const std::vector<perception::TrackChange> changes = tracker_.ForgetSensor(sensor);
   session.set_tracked(false);
   if (changes.empty()) return;
-  const auto bodies = numbers_.TableOf(world_->Tip());
+  const auto table = numbers_.TableOf(world_->Tip());
   // Fails only if the world was deleted, or if its disk is full: a later sensor or the next start
   // takes them away then.
-  Publish(changes, sensor, bodies).status().IgnoreError();
+  Publish(changes, sensor, table, {}).status().IgnoreError();
 }
 
 void LiveWorld::ClearFacts() {

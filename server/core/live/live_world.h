@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -101,19 +102,34 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
 
  private:
   friend class SensorStream;
+
+  // Where a sensor is at the stamp of a frame.
+  struct SensorPlace {
+    Pose X_WC = Pose::Identity();
+    perception::SpatialVelocity V_WC = {};
+  };
   using Session = std::shared_ptr<SensorSession>;
   using Evidence = perception::FrameEvidence;
 
   absl::StatusOr<FrameOutcome> Process(const Session& session, std::uint64_t stream,
                                        const LiveFrame& frame);
-  absl::StatusOr<Pose> PoseAt(const SensorCalibration& calibration, const LiveFrame& frame,
-                              const collision::WorldSnapshot& snapshot) const;
+  absl::StatusOr<SensorPlace> PlaceAt(const SensorCalibration& calibration, const LiveFrame& frame,
+                                      std::span<const RobotAtFrame> robots,
+                                      const SensorComparison& before) const;
+  static absl::StatusOr<SensorPlace> PlaceOnRobot(const SensorMount& mount,
+                                                  std::span<const RobotAtFrame> robots);
+  RobotsSeen FindRobots(SensorComparison& comparison, const SensorCalibration& calibration,
+                        const LiveFrame& frame, const SensorPlace& place, const BodyTable& table,
+                        std::span<const perception::KnownBody> bodies,
+                        std::span<const RobotAtFrame> robots);
   std::vector<perception::TrackChange> Track(const Evidence& evidence,
-                                             const std::shared_ptr<const BodyTable>& bodies,
+                                             const std::shared_ptr<const BodyTable>& table,
+                                             std::span<const perception::KnownBody> bodies,
                                              const Session& session);
   absl::StatusOr<LiveWritten> Publish(const std::vector<perception::TrackChange>& changes,
                                       const std::string& sensor,
-                                      const std::shared_ptr<const BodyTable>& bodies);
+                                      const std::shared_ptr<const BodyTable>& table,
+                                      std::vector<collision::SetRobotState> robot_states);
   void PublishFacts(const perception::StepResult& step, const BodyTable& bodies);
   void NoteSightings(const Evidence& evidence, const BodyTable& bodies, SensorComparison& at);
   void StartRegions();
@@ -125,6 +141,7 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
   const std::shared_ptr<World> world_;
   const LiveServices services_;
   BodyNumbers numbers_;
+  RobotShapes shapes_;
   std::stop_source stop_;
 
   mutable std::mutex sensors_mutex_;  // a leaf

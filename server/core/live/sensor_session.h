@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "perception/live/sensor_view.h"
 #include "server/core/live/live_frame.h"
+#include "server/core/live/robots_in_view.h"
 #include "server/core/live/sensor_statistics.h"
 
 namespace cwm::server {
@@ -20,7 +21,9 @@ using EndStream = std::function<void(const absl::Status& reason)>;
 struct SensorComparison {
   std::mutex mutex;
   std::unique_ptr<perception::SensorView> view = {};
-  perception::DepthCamera camera = {};           // of the view
+  perception::DepthCamera camera = {};  // of the view
+  RobotsInView robots = {};
+  std::optional<Pose> X_WC = {};                 // of the newest frame
   std::optional<perception::Stamp> newest = {};  // of the processed frames
   // When sightings were recorded last.
   std::optional<perception::Stamp> recorded = {};

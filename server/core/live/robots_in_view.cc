@@ -1,0 +1,193 @@
+#include "server/core/live/robots_in_view.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::JointKind;
+using collision::ModelLink;
+using collision::WorldRobot;
+using perception::KnownBody;
+using perception::LinkAtStamp;
+using perception::StateSource;
+
+// How far a joint can shift the origin of the link below it.
+double TravelOf_m(const collision::RobotModel& model, const ModelLink& link) {
+  if (link.kind == JointKind::kPrismatic) {
+    const collision::Variable& variable = model.variables[static_cast<std::size_t>(link.variable)];
+    const double at_lower = link.multiplier * variable.lower + link.offset;
+    const double at_upper = link.multiplier * variable.upper + link.offset;
+    return std::max(std::abs(at_lower), std::abs(at_upper));
+  }
+  const bool turns = link.kind == JointKind::kFixed || link.kind == JointKind::kRevolute ||
+                     link.kind == JointKind::kContinuous;
+  return turns ? 0 : std::numeric_limits<double>::infinity();
+}
+
+RobotShape MakeShape(const collision::RobotGeometry& robot) {
+  std::vector<perception::LinkGeometry> geometries;
+  for (std::size_t i = 0; i < robot.geometry->parts.size(); ++i) {
+    const collision::PreparedPart& part = robot.geometry->parts[i];
+    geometries.push_back({.link = robot.link_of_part[i], .X_LG = part.X_OP, .shape = &part.shape});
+  }
+  const collision::RobotModel& model = *robot.model;
+  RobotShape shape{.surface = std::make_shared<const perception::RobotSurface>(
+                       geometries, static_cast<int>(model.links.size())),
+                   .reach_B = {}};
+  std::vector<perception::ReachJoint> joints;
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    const ModelLink& link = model.links[i];
+    joints.push_back({.parent = i == 0 ? -1 : link.parent,
+                      .X_PL = link.X_PJ,
+                      .moves = link.kind != JointKind::kFixed,
+                      .travel_m = TravelOf_m(model, link)});
+  }
+  shape.reach_B = perception::ReachOf(*shape.surface, joints);
+  return shape;
+}
+
+// The robot as the world has it, at rest.
+std::vector<LinkAtStamp> LinksOf(const WorldRobot& robot) {
+  std::vector<LinkAtStamp> links;
+  for (const Pose& X_WL : robot.X_WL) links.push_back({.X_WL = X_WL});
+  return links;
+}
+
+bool IsStateKnown(const WorldRobot& robot) {
+  return robot.model().variables.empty() || robot.state_revision != robot.create_revision;
+}
+
+RobotAtFrame AtStamp(const collision::WorldRobotPtr& robot, const RobotStates& states,
+                     perception::Stamp stamp) {
+  RobotAtFrame at{.robot = robot, .state = {}, .links = {}};
+  if (states.IsTold(*robot, stamp)) {
+    at.state = states.StateAt(*robot, stamp);
+  } else if (IsStateKnown(*robot)) {
+    at.state = {.source = StateSource::kHeld,
+                .values = robot->state,
+                .speeds_per_s = std::vector<double>(robot->state.size(), 0.0),
+                .X_WB = robot->X_WB};
+    at.links = LinksOf(*robot);
+    return at;
+  } else {
+    at.state.reason = "ROBOT_STATE_MISSING";
+  }
+  at.links = at.state.source == StateSource::kMissing ? LinksOf(*robot)
+                                                      : LinksAt(robot->model(), at.state);
+  return at;
+}
+
+std::string MissingText(const RobotAtFrame& at) {
+  if (at.state.reason == "ROBOT_STATE_STALE") {
+    return absl::StrCat("the states of the robot \"", at.robot->name,
+                        "\" around the frame's stamp are too old or too far apart: nothing within "
+                        "its reach is added");
+  }
+  return absl::StrCat("there is no state of the robot \"", at.robot->name,
+                      "\" for the frame's stamp (StreamRobotStates tells them): nothing within its "
+                      "reach is added");
+}
+
+std::string WrongText(const RobotAtFrame& at, const perception::RobotSighting& sighting) {
+  const ModelLink& link = at.robot->model().links[static_cast<std::size_t>(sighting.through_link)];
+  return absl::StrCat("rays pass through ", at.robot->name, "/", link.name, " in ",
+                      sighting.through_pixels, " pixels (",
+                      static_cast<int>(100 * sighting.through_share + 0.5),
+                      " % of those that must meet it): its state is late, or the calibration of "
+                      "the sensor or of the robot is wrong");
+}
+
+}  // namespace
+
+RobotShape RobotShapes::Of(const std::shared_ptr<const collision::RobotGeometry>& robot) {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(entries_, [](const Entry& entry) { return entry.robot.expired(); });
+  for (const Entry& entry : entries_) {
+    if (entry.robot.lock() == robot) return entry.shape;
+  }
+  entries_.push_back({robot, MakeShape(*robot)});
+  return entries_.back().shape;
+}
+
+std::vector<RobotAtFrame> RobotsAt(const collision::WorldSnapshot& snapshot,
+                                   const RobotStates& states, perception::Stamp stamp) {
+  std::vector<RobotAtFrame> robots;
+  for (const collision::WorldRobotPtr& robot : snapshot.robots()) {
+    robots.push_back(AtStamp(robot, states, stamp));
+  }
+  return robots;
+}
+
+std::vector<KnownBody> BodiesAt(const BodyTable& table, std::span<const RobotAtFrame> robots) {
+  std::vector<KnownBody> bodies = table.bodies;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const collision::Attachment* const held = table.objects[i]->attachment.get();
+    if (held == nullptr) continue;
+    const auto carrier = std::ranges::find_if(
+        robots, [&](const RobotAtFrame& at) { return at.robot->name == held->robot; });
+    if (carrier == robots.end()) continue;
+    const std::optional<int> link = carrier->robot->model().FindLink(held->link);
+    if (!link.has_value()) continue;
+    bodies[i].X_WB = carrier->links[static_cast<std::size_t>(*link)].X_WL * held->X_LO;
+  }
+  return bodies;
+}
+
+RobotsInView::View& RobotsInView::ViewOf(const WorldRobot& robot, RobotShapes& shapes) {
+  View& view = views_[robot.name];
+  if (view.robot != robot.robot) {
+    view.robot = robot.robot;
+    view.shape = shapes.Of(robot.robot);
+    view.view = std::make_unique<perception::RobotView>(view.shape.surface);
+  }
+  return view;
+}
+
+RobotsSeen RobotsInView::Mask(const perception::RobotFrame& frame,
+                              std::chrono::nanoseconds exposure, const BodyTable& table,
+                              std::span<const KnownBody> bodies,
+                              std::span<const RobotAtFrame> robots, RobotShapes& shapes) {
+  RobotsSeen seen;
+  std::erase_if(views_, [&](const auto& each) {
+    return std::ranges::none_of(
+        robots, [&](const RobotAtFrame& at) { return at.robot->name == each.first; });
+  });
+  for (const RobotAtFrame& at : robots) {
+    View& view = ViewOf(*at.robot, shapes);
+    std::vector<perception::CarriedAtStamp> carried;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      const collision::Attachment* const held = table.objects[i]->attachment.get();
+      if (held == nullptr || held->robot != at.robot->name) continue;
+      const std::optional<int> link = at.robot->model().FindLink(held->link);
+      if (link.has_value()) carried.push_back({.body = &bodies[i], .link = *link});
+    }
+    perception::ReachSphere reach_W = view.shape.reach_B;
+    reach_W.center = at.robot->X_WB * reach_W.center;
+    const double late_s = std::chrono::duration<double>(at.state.late).count();
+    perception::RobotMargins margins;
+    margins.exposure_s = std::chrono::duration<double>(exposure).count();
+    const perception::RobotSighting sighting = view.view->Mask(
+        frame, {.source = at.state.source, .late_s = late_s, .links = at.links, .reach_W = reach_W},
+        carried, margins);
+    perception::MergeMask(sighting.mask, *frame.camera, seen.mask);
+    if (at.state.source != StateSource::kMissing || at.state.reason == "ROBOT_STATE_STALE") {
+      seen.state_age_ms = std::max(seen.state_age_ms.value_or(0), 1e3 * late_s);
+    }
+    if (!seen.reason.empty()) continue;  // the first robot's fault is told
+    if (sighting.fault == perception::RobotStateFault::kMissing) {
+      seen.reason = at.state.reason.empty() ? "ROBOT_STATE_MISSING" : at.state.reason;
+      seen.message = MissingText(at);
+    } else if (sighting.fault == perception::RobotStateFault::kWrong) {
+      seen.reason = "ROBOT_STATE_WRONG";
+      seen.message = WrongText(at, sighting);
+    }
+  }
+  return seen;
+}
+
+}  // namespace cwm::server

@@ -1,0 +1,86 @@
+// The robots of a world at the stamp of a frame, and the pixels that show them.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "perception/live/robot_view.h"
+#include "server/core/live/body_table.h"
+#include "server/core/live/robot_states.h"
+
+namespace cwm::server {
+
+// What images of a robot need, made once for its geometry.
+struct RobotShape {
+  std::shared_ptr<const perception::RobotSurface> surface;
+  perception::ReachSphere reach_B;  // in the root link's frame
+};
+
+// Thread safe. Forgets robots that are gone.
+class RobotShapes {
+ public:
+  // Takes up to a second when a robot is new.
+  RobotShape Of(const std::shared_ptr<const collision::RobotGeometry>& robot);
+
+ private:
+  struct Entry {
+    std::weak_ptr<const collision::RobotGeometry> robot;
+    RobotShape shape;
+  };
+  std::mutex mutex_;
+  std::vector<Entry> entries_;
+};
+
+// One robot at a stamp.
+struct RobotAtFrame {
+  collision::WorldRobotPtr robot;
+  RobotStateAt state;
+  std::vector<perception::LinkAtStamp> links;  // one per link; as the world says if it is missing
+};
+
+// All robots of the snapshot at the stamp. A robot whose states nobody tells stands as the world
+// says, if somebody set its state since it was loaded or if it has no joints; else its state is
+// missing.
+std::vector<RobotAtFrame> RobotsAt(const collision::WorldSnapshot& snapshot,
+                                   const RobotStates& states, perception::Stamp stamp);
+
+// The known bodies with those that robots carry at the stamp's place.
+std::vector<perception::KnownBody> BodiesAt(const BodyTable& table,
+                                            std::span<const RobotAtFrame> robots);
+
+struct RobotsSeen {
+  perception::RobotMask mask = {};
+  // The greatest time by which the stamp is later than a robot's newest state; 0 if all states are
+  // interpolated. Empty: no states are told.
+  std::optional<double> state_age_ms = {};
+  // ROBOT_STATE_MISSING, ROBOT_STATE_STALE or ROBOT_STATE_WRONG, and the words; empty if all is
+  // well.
+  std::string reason = {};
+  std::string message = {};
+};
+
+// Finds the robots in the frames of one sensor. Not thread safe.
+class RobotsInView {
+ public:
+  // `bodies` are those of BodiesAt.
+  RobotsSeen Mask(const perception::RobotFrame& frame, std::chrono::nanoseconds exposure,
+                  const BodyTable& table, std::span<const perception::KnownBody> bodies,
+                  std::span<const RobotAtFrame> robots, RobotShapes& shapes);
+
+ private:
+  struct View {
+    std::shared_ptr<const collision::RobotGeometry> robot;
+    RobotShape shape;
+    std::unique_ptr<perception::RobotView> view;
+  };
+  View& ViewOf(const collision::WorldRobot& robot, RobotShapes& shapes);
+
+  std::map<std::string, View, std::less<>> views_;  // by the robot's name
+};
+
+}  // namespace cwm::server

@@ -1,0 +1,216 @@
+// A simulated depth camera over a kitchen counter: what its world says, and that it says the same
+// again.
+#include "server/core/live/live_world.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <optional>
+
+#include "perception/interpret_scene.h"
+#include "perception/simulation/hand.h"
+#include "perception/simulation/scenes.h"
+#include "perception/simulation/sequence_renderer.h"
+#include "server/core/error.h"
+
+namespace cwm::server {
+namespace {
+
+using collision::ObjectKind;
+using perception::SequenceScript;
+
+// The demo's kitchen, seen at half the resolution of the demo's camera.
+SequenceScript Kitchen(double duration_s) {
+  SequenceScript script;
+  script.scene = perception::KitchenCounter();
+  script.duration_s = duration_s;
+  script.start_stamp_s = 1'700'000'000;
+  perception::SequenceSensor sensor;
+  sensor.name = "head";
+  sensor.camera = perception::KitchenCamera();
+  sensor.camera.width = 320;
+  sensor.camera.height = 240;
+  sensor.camera.focal_px /= 2;
+  sensor.camera.center_x_px = 159.5;
+  sensor.camera.center_y_px = 119.5;
+  sensor.mount = sensor.camera.X_WC;
+  sensor.rate_hz = 15;
+  script.sensors.push_back(sensor);
+  return script;
+}
+
+perception::DepthCamera CameraOf(const perception::PinholeCamera& camera) {
+  return {.pinhole = {.focal_u_px = camera.focal_px,
+                      .focal_v_px = camera.focal_px,
+                      .center_u_px = camera.center_x_px,
+                      .center_v_px = camera.center_y_px},
+          .width = camera.width,
+          .height = camera.height};
+}
+
+LiveFrame FrameOf(const perception::SequenceFrame& rendered) {
+  LiveFrame frame;
+  frame.stamp = perception::Stamp(std::chrono::duration_cast<perception::Stamp::duration>(
+      std::chrono::duration<double>(rendered.stamp_s)));
+  frame.camera = CameraOf(rendered.camera);
+  auto image = std::make_shared<perception::DepthImage>();
+  image->width = rendered.depth.width;
+  image->height = rendered.depth.height;
+  image->depth_m = rendered.depth.depth_m;
+  frame.image = std::move(image);
+  frame.received = frame.begun = frame.decoded = Clock::now();
+  return frame;
+}
+
+// A world that a sensor streams into. Regions are interpreted between frames, so that the result
+// does not depend on the machine.
+class LiveRun {
+ public:
+  explicit LiveRun(const SequenceScript& script) : renderer_(script) {
+    SensorCalibration calibration{.sensor = "head"};
+    calibration.X_WC = CameraAt(script, script.sensors[0], 0).X_WC;
+    auto opened = live_->Open(calibration, [this](const absl::Status& why) { ended_ = why; });
+    EXPECT_TRUE(opened.ok()) << opened.status();
+    stream_ = *std::move(opened);
+  }
+
+  LiveFrame Rendered(int index) const { return FrameOf(renderer_.Render(0, index)); }
+  FrameOutcome Process(const LiveFrame& frame) {
+    auto outcome = stream_->Process(frame);
+    EXPECT_TRUE(outcome.ok()) << outcome.status();
+    while (!beside_.empty()) {
+      const std::function<void()> task = std::move(beside_.front());
+      beside_.pop_front();
+      task();
+      ++interpreted_;
+    }
+    return outcome.ok() ? *std::move(outcome) : FrameOutcome();
+  }
+  FrameOutcome Process(int index) { return Process(Rendered(index)); }
+  void CloseStream() { stream_.reset(); }
+
+  SnapshotPtr snapshot() const { return world_->Snapshot(); }
+  std::int64_t revision() const { return snapshot()->revision().value; }
+  int interpreted() const { return interpreted_; }
+  const std::shared_ptr<World>& world() const { return world_; }
+  LiveWorld& live() { return *live_; }
+  std::optional<absl::Status> ended() const { return ended_; }
+
+  int CountOf(ObjectKind kind) const {
+    int count = 0;
+    for (const auto& object : snapshot()->objects()) count += object->kind == kind ? 1 : 0;
+    return count;
+  }
+  // The object whose bounds hold the point; nullptr: none.
+  collision::WorldObjectPtr ObjectAt(const Vector3& p_W) const {
+    for (const auto& object : snapshot()->objects()) {
+      if (object->kind == ObjectKind::kObject && object->bounds_W.contains(p_W)) return object;
+    }
+    return nullptr;
+  }
+
+ private:
+  const perception::SequenceRenderer renderer_;
+  std::deque<std::function<void()>> beside_;
+  const std::shared_ptr<World> world_ = std::make_shared<World>("w", "uid", Retention{});
+  const std::shared_ptr<LiveWorld> live_ = std::make_shared<LiveWorld>(
+      world_, LiveServices{.interpret = perception::InterpretScene,
+                           .run_beside = [this](std::function<void()> task) {
+                             beside_.push_back(std::move(task));
+                             return true;
+                           }});
+  std::optional<absl::Status> ended_;
+  std::unique_ptr<SensorStream> stream_;
+  int interpreted_ = 0;
+};
+
+// Everything that a client can read of a world's geometry, bit by bit.
+std::string BytesOf(const collision::WorldSnapshot& snapshot) {
+  std::string bytes = std::to_string(snapshot.revision().value);
+  const auto add = [&bytes](const auto& numbers, std::size_t count) {
+    bytes.append(reinterpret_cast<const char*>(numbers), count * sizeof(*numbers));
+  };
+  for (const auto& object : snapshot.objects()) {
+    bytes += object->Uid() + std::string(NameOf(object->kind));
+    add(object->X_WO.data(), 16);
+    add(object->bounds_W.min().data(), 3);
+    add(object->bounds_W.max().data(), 3);
+    for (const ShapePart& part : object->model().shapes) add(part.X_OS.data(), 16);
+  }
+  return bytes;
+}
+
+
+TEST(LiveWorldTest, AStaticSceneIsInterpretedOnceAndThenMakesNoRevision) {
+  LiveRun run(Kitchen(3));
+  for (int k = 0; k < 10; ++k) run.Process(k);
+  EXPECT_EQ(run.interpreted(), 1);
+  const std::int64_t revision = run.revision();
+  EXPECT_GT(run.CountOf(ObjectKind::kObject), 3);
+  for (int k = 10; k < 45; ++k) {
+    const FrameOutcome outcome = run.Process(k);
+    EXPECT_EQ(outcome.fate, FrameFate::kProcessed);
+    EXPECT_EQ(outcome.revision.value, revision) << "frame " << k;
+  }
+  EXPECT_EQ(run.interpreted(), 1);
+}
+
+TEST(LiveWorldTest, FramesThatCameLateOrTwiceChangeNothing) {
+  SequenceScript script = Kitchen(1.5);
+  LiveRun good(script);
+  LiveRun hindered(script);
+  for (int k = 0; k < 20; ++k) {
+    if (k % 5 == 3) continue;  // lost
+    good.Process(k);
+    hindered.Process(k);
+    EXPECT_EQ(hindered.Process(k).reason, "STALE_FRAME");
+    if (k >= 2) {
+      EXPECT_EQ(hindered.Process(k - 2).reason, "STALE_FRAME");
+    }
+  }
+  EXPECT_EQ(BytesOf(*good.snapshot()), BytesOf(*hindered.snapshot()));
+}
+
+TEST(LiveWorldTest, ASensorThatIsGoneLeavesNoMoversAndNoFacts) {
+  SequenceScript script = Kitchen(2);
+  perception::SimulatedHand hand;
+  hand.name = "hand";
+  hand.shape = perception::MakeHand(0.06);
+  // From above, down to a place 0.15 m above the counter's middle.
+  const Pose X_WH = MakeTranslation(0, 0, 1.1) * Eigen::AngleAxisd(3.14159265, Vector3::UnitX());
+  hand.waypoints = {{1.0, MakeTranslation(0, 0, 0.5) * X_WH}, {1.8, X_WH}, {2.0, X_WH}};
+  script.hands.push_back(hand);
+  LiveRun run(script);
+  int most_movers = 0;
+  for (int k = 0; k < 30; ++k) {
+    run.Process(k);
+    most_movers = std::max(most_movers, run.CountOf(ObjectKind::kMover));
+  }
+  EXPECT_GT(most_movers, 0);
+  bool has_facts = false;
+  for (const auto& object : run.snapshot()->objects()) {
+    has_facts |= run.world()->observations().Get(object->name).facts.has_value();
+  }
+  EXPECT_TRUE(has_facts);
+  run.CloseStream();
+  run.live().ForgetGone(Clock::now() + std::chrono::seconds(1));
+  EXPECT_EQ(run.live().Sensors().size(), 1U);
+  run.live().ForgetGone(Clock::now() + std::chrono::seconds(3));
+  EXPECT_EQ(run.CountOf(ObjectKind::kMover), 0);
+  for (const auto& object : run.snapshot()->objects()) {
+    EXPECT_FALSE(run.world()->observations().Get(object->name).facts.has_value());
+  }
+}
+
+TEST(LiveWorldTest, TheWorldsEndEndsItsStreams) {
+  LiveRun run(Kitchen(1));
+  run.Process(0);
+  run.live().End(MakeError(absl::StatusCode::kNotFound, "gone", {.reason = "WORLD_DELETED"}));
+  ASSERT_TRUE(run.ended().has_value());
+  EXPECT_EQ(DetailsOf(*run.ended()).reason, "WORLD_DELETED");
+  EXPECT_FALSE(run.live().Open({.sensor = "head"}, {}).ok());
+}
+
+}  // namespace
+}  // namespace cwm::server
