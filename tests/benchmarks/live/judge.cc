@@ -181,7 +181,7 @@ bool Shows(const Timeline& timeline, std::size_t m, const Notice& event,
     case Notice::Kind::kAdded:
       return IsCovered(timeline[m], timeline[m].truth[event.thing]);
     case Notice::Kind::kRemoved:
-      return !IsCovered(timeline[m], before);
+      return IsCovered(timeline[event.moment - 1], before) && !IsCovered(timeline[m], before);
     case Notice::Kind::kMoved:
       break;
   }
