@@ -335,7 +335,7 @@ absl::Status AnswerQuery(Runtime& runtime, const v1::SolvePosesRequest& request,
   if (!status.ok()) return status;
   const CoreShare share(runtime, IsBatch(runtime, request));
   parsed->options.query.threads = share.threads();
-  const collision::JointRows states = JointRowsOf(std::get<RobotStates>(query->query.states));
+  const collision::JointRows states = JointRowsOf(std::get<RobotRows>(query->query.states));
   auto answers = collision::SolvePoses(*parsed->snapshot, query->query.body, query->chain, states,
                                        batch, parsed->options.query, call.stop);
   if (!answers.ok()) return answers.status();

@@ -95,7 +95,7 @@ absl::Status SetPairOptions(const v1::GetContactsRequest& request, ParsedQueryOp
 }
 
 Limits LimitsOf(const StateQuery& query, const collision::QueryOptions& options, Limits limits) {
-  const auto* states = std::get_if<RobotStates>(&query.states);
+  const auto* states = std::get_if<RobotRows>(&query.states);
   if (!options.joint_gradients || states == nullptr) return limits;
   // An answer without a gradient takes about 100 bytes (limits.h), each variable 8 more.
   constexpr std::int64_t kAnswerBytes = 100, kVariableBytes = 8;

@@ -30,7 +30,7 @@ absl::StatusOr<int> LinkOf(const collision::RobotModel& model, const std::string
       absl::StrCat("is ", Quoted(name), ", must be a link of robot ", Quoted(model.name)));
 }
 
-absl::StatusOr<int> ToolLinkOf(const RobotStates& states, const std::string& name,
+absl::StatusOr<int> ToolLinkOf(const RobotRows& states, const std::string& name,
                                const FieldPath& path) {
   const collision::RobotModel& model = states.robot->model();
   if (!name.empty()) return LinkOf(model, name, path);
@@ -44,8 +44,7 @@ absl::StatusOr<int> ToolLinkOf(const RobotStates& states, const std::string& nam
 
 // The tool that the request names, or the only one of the group; nullptr: the request has a link.
 absl::StatusOr<const collision::RobotTool*> ToolOf(const v1::SolvePosesRequest& request,
-                                                   const RobotStates& states,
-                                                   const FieldPath& path) {
+                                                   const RobotRows& states, const FieldPath& path) {
   const collision::RobotModel& model = states.robot->model();
   if (!request.tool().empty()) {
     const char* const other = !request.tool_link().empty() ? "tool_link"
@@ -86,7 +85,7 @@ absl::Status CheckRange(int value, int most, const FieldPath& path) {
 }
 
 absl::Status CheckSeeds(const PoseQuery& query, const FieldPath& path) {
-  const auto& states = std::get<RobotStates>(query.query.states);
+  const auto& states = std::get<RobotRows>(query.query.states);
   const std::size_t seeds = states.rows.size() / states.group->variables.size();
   if (seeds == 1 || seeds == query.X_WT.size()) return absl::OkStatus();
   return path.Error(absl::StrCat("has ", seeds, " rows, must have 1, or one for each of the ",
@@ -115,7 +114,7 @@ absl::Status ReadSearch(const v1::SolvePosesRequest& request, collision::PoseBat
   return absl::OkStatus();
 }
 
-std::vector<std::string> VariablesOf(const RobotStates& states) {
+std::vector<std::string> VariablesOf(const RobotRows& states) {
   std::vector<std::string> names;
   for (const int variable : states.group->variables) {
     names.push_back(states.robot->model().variables[static_cast<std::size_t>(variable)].name);
@@ -139,7 +138,7 @@ v1::PoseStatus StatusToProto(collision::PoseStatus status) {
   return v1::POSE_STATUS_UNSPECIFIED;
 }
 
-void SetRows(const collision::PoseColumns& answers, const RobotStates& states,
+void SetRows(const collision::PoseColumns& answers, const RobotRows& states,
              v1::SolvePosesResponse* response) {
   const std::size_t width = states.group->variables.size();
   for (std::size_t pose = 0; pose < answers.completed; ++pose) {
@@ -175,7 +174,7 @@ absl::StatusOr<PoseQuery> PoseQueryFromProto(const v1::SolvePosesRequest& reques
   auto states_query = RobotQueryFromProto(request.robot(), source, robot);
   if (!states_query.ok()) return states_query.status();
   PoseQuery query{.query = *std::move(states_query)};
-  const auto& states = std::get<RobotStates>(query.query.states);
+  const auto& states = std::get<RobotRows>(query.query.states);
   const auto tool = ToolOf(request, states, root.Field("tool"));
   if (!tool.ok()) return tool.status();
   const FieldPath tool_link = root.Field(request.tool().empty() ? "tool_link" : "tool");
@@ -206,7 +205,7 @@ absl::StatusOr<PoseQuery> PoseQueryFromProto(const v1::SolvePosesRequest& reques
 }
 
 collision::PoseBatch BatchOf(const PoseQuery& query) {
-  const auto& states = std::get<RobotStates>(query.query.states);
+  const auto& states = std::get<RobotRows>(query.query.states);
   collision::PoseBatch batch = query.batch;
   batch.X_WT = query.X_WT;
   batch.X_WB = states.X_WB;
@@ -216,7 +215,7 @@ collision::PoseBatch BatchOf(const PoseQuery& query) {
 
 void PoseAnswersToProto(const collision::PoseColumns& answers, const PoseQuery& query,
                         const AnswerContext& context, v1::SolvePosesResponse* response) {
-  const auto& states = std::get<RobotStates>(query.query.states);
+  const auto& states = std::get<RobotRows>(query.query.states);
   response->set_world_uid(context.world_uid);
   response->set_revision(context.revision.value);
   response->set_completed_count(static_cast<std::int64_t>(answers.completed));
@@ -238,7 +237,7 @@ void PoseAnswersToProto(const collision::PoseColumns& answers, const PoseQuery& 
 
 absl::StatusOr<std::vector<int>> LinksFromProto(const v1::GetLinkPosesRequest& request,
                                                 const StateQuery& query) {
-  const collision::RobotModel& model = std::get<RobotStates>(query.states).robot->model();
+  const collision::RobotModel& model = std::get<RobotRows>(query.states).robot->model();
   std::vector<int> links;
   const FieldPath root;
   for (int i = 0; i < request.links_size(); ++i) {
@@ -257,7 +256,7 @@ absl::StatusOr<std::vector<int>> LinksFromProto(const v1::GetLinkPosesRequest& r
 void LinkPosesToProto(const StateQuery& query, std::span<const int> links,
                       const AnswerContext& context, WorkBudget* budget,
                       v1::GetLinkPosesResponse* response) {
-  const auto& states = std::get<RobotStates>(query.states);
+  const auto& states = std::get<RobotRows>(query.states);
   const collision::RobotModel& model = states.robot->model();
   const collision::JointRows rows = JointRowsOf(states);
   std::vector<Pose> X_WL(model.links.size());

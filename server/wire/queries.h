@@ -60,7 +60,7 @@ inline constexpr std::int64_t kMaxSelfPairs = 1'000'000;
 inline constexpr double kPointRadius_m = 1e-9;
 
 // A robot in several states.
-struct RobotStates {
+struct RobotRows {
   collision::WorldRobotPtr robot;
   const collision::JointGroup* group = nullptr;  // in the robot's model
   Pose X_WB = Pose::Identity();
@@ -71,7 +71,7 @@ struct RobotStates {
 // The subject of a query and its rows: a rigid body at poses, or a robot in states.
 struct StateQuery {
   collision::QueryBody body;
-  std::variant<std::vector<Pose>, RobotStates> states;
+  std::variant<std::vector<Pose>, RobotRows> states;
 };
 // The rows in the form for queries and in the form for motions; both refer to the query.
 std::unique_ptr<const collision::BodyRows> RowsOf(const StateQuery& query);
@@ -122,7 +122,7 @@ absl::StatusOr<PoseQuery> PoseQueryFromProto(const v1::SolvePosesRequest& reques
                                              const QuerySource& source);
 // The batch with poses and seeds, which refer to the query, and the states for verdicts.
 collision::PoseBatch BatchOf(const PoseQuery& query);
-collision::JointRows JointRowsOf(const RobotStates& states);
+collision::JointRows JointRowsOf(const RobotRows& states);
 
 // The links whose poses are asked for, by index; all of them, in the order of the URDF, if none is
 // named.

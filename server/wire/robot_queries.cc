@@ -255,8 +255,7 @@ absl::Status CheckQuaternions(const RobotModel& model, const JointGroup& group,
   return absl::OkStatus();
 }
 
-absl::Status CheckWidth(const v1::JointRows& rows, const RobotStates& states,
-                        const FieldPath& path) {
+absl::Status CheckWidth(const v1::JointRows& rows, const RobotRows& states, const FieldPath& path) {
   const std::vector<int>& variables = states.group->variables;
   if (rows.width() == 0 || static_cast<std::size_t>(rows.width()) == variables.size()) {
     return absl::OkStatus();
@@ -269,7 +268,7 @@ absl::Status CheckWidth(const v1::JointRows& rows, const RobotStates& states,
 }
 
 absl::StatusOr<std::vector<double>> RowsFromProto(const v1::JointRows& rows,
-                                                  const RobotStates& states, std::int64_t max_rows,
+                                                  const RobotRows& states, std::int64_t max_rows,
                                                   const FieldPath& path) {
   const JointGroup& group = *states.group;
   if (auto status = CheckWidth(rows, states, path); !status.ok()) return status;
@@ -310,7 +309,7 @@ absl::StatusOr<std::vector<double>> BaseFromProto(const v1::RobotJointState& joi
 
 // Refuses states in which a link's pose is out of range or not finite, since no answer would be
 // meaningful.
-absl::Status CheckRange(const RobotStates& states, const FieldPath& path, WorkBudget* budget) {
+absl::Status CheckRange(const RobotRows& states, const FieldPath& path, WorkBudget* budget) {
   const collision::JointRows rows = JointRowsOf(states);
   if (!rows.range().MayHaveFaults()) return absl::OkStatus();
   const std::size_t steps_of_row = 2 * states.robot->model().links.size();
@@ -327,7 +326,7 @@ absl::Status CheckRange(const RobotStates& states, const FieldPath& path, WorkBu
 absl::StatusOr<StateQuery> RobotQueryFromProto(const v1::RobotSubject& subject,
                                                const QuerySource& source, const FieldPath& path) {
   if (auto status = CheckName(subject.robot(), path.Field("robot")); !status.ok()) return status;
-  RobotStates states;
+  RobotRows states;
   states.robot = source.snapshot.FindRobot(subject.robot());
   if (states.robot == nullptr) return UnknownRobot(subject.robot());
   auto bare = BodyOf(*states.robot, subject, path);
@@ -362,21 +361,21 @@ absl::StatusOr<StateQuery> RobotQueryFromProto(const v1::RobotSubject& subject,
   return StateQuery{collision::RestrictBody(*std::move(body), source.only), std::move(states)};
 }
 
-collision::JointRows JointRowsOf(const RobotStates& states) {
+collision::JointRows JointRowsOf(const RobotRows& states) {
   return {states.robot->model(),
           *states.group,
           {.X_WB = states.X_WB, .base = states.base, .rows = states.rows}};
 }
 
 std::unique_ptr<const collision::BodyRows> RowsOf(const StateQuery& query) {
-  if (const auto* states = std::get_if<RobotStates>(&query.states)) {
+  if (const auto* states = std::get_if<RobotRows>(&query.states)) {
     return std::make_unique<collision::JointRows>(JointRowsOf(*states));
   }
   return std::make_unique<collision::PoseRows>(std::get<std::vector<Pose>>(query.states));
 }
 
 std::unique_ptr<const collision::Waypoints> WaypointsOf(const StateQuery& query) {
-  if (const auto* states = std::get_if<RobotStates>(&query.states)) {
+  if (const auto* states = std::get_if<RobotRows>(&query.states)) {
     return std::make_unique<collision::JointWaypoints>(states->robot->model(), query.body,
                                                        JointRowsOf(*states));
   }
@@ -386,7 +385,7 @@ std::unique_ptr<const collision::Waypoints> WaypointsOf(const StateQuery& query)
 
 BodyNames BodyNamesOf(const StateQuery& query) {
   BodyNames names;
-  const auto* states = std::get_if<RobotStates>(&query.states);
+  const auto* states = std::get_if<RobotRows>(&query.states);
   if (states == nullptr) return names;
   for (const collision::Variable& variable : states->robot->model().variables) {
     names.variables.push_back(variable.name);

@@ -40,10 +40,10 @@ class RobotSubjects : public ::testing::Test {
     const FieldPath root;
     return RobotQueryFromProto(robot_, {*snapshot_, store_, limits_}, root.Field("robot"));
   }
-  absl::StatusOr<RobotStates> States() {
+  absl::StatusOr<RobotRows> States() {
     const auto query = Convert();
     if (!query.ok()) return query.status();
-    return std::get<RobotStates>(query->states);
+    return std::get<RobotRows>(query->states);
   }
   void SetRows(const std::vector<double>& values) {
     robot_.mutable_rows()->set_data(BytesOf(values));
@@ -87,7 +87,7 @@ TEST_F(RobotSubjects, HaveRowsOfTheirGroupOverTheirBase) {
   robot_.mutable_rows()->set_data(BytesOf<float>({0.25, 0.125, -0.5, 0.5}));
   const auto query = Convert();
   ASSERT_TRUE(query.ok()) << query.status();
-  const auto& states = std::get<RobotStates>(query->states);
+  const auto& states = std::get<RobotRows>(query->states);
   EXPECT_THAT(states.rows, ElementsAre(0.25, 0.125, -0.5, 0.5));
   EXPECT_EQ(states.base[0], 0.5);
   EXPECT_EQ(states.base[2], 0.01);
@@ -171,7 +171,7 @@ TEST_F(RobotSubjects, OfSinglePrecisionAreAtTheLimitThatTheyWereClampedTo) {
   robot_.mutable_rows()->set_data(BytesOf(rows));
   const auto query = Convert();
   ASSERT_TRUE(query.ok()) << query.status();
-  EXPECT_EQ(std::get<RobotStates>(query->states).rows[0], 0.0873);
+  EXPECT_EQ(std::get<RobotRows>(query->states).rows[0], 0.0873);
   const auto body_rows = RowsOf(*query);
   const auto in_lanes = *collision::CheckCollisions(*snapshot_, query->body, *body_rows, {});
   for (std::size_t row = 0; row < is_inside.size(); ++row) {
