@@ -90,6 +90,17 @@ absl::Status FrameLoader::LoadDepth(std::string_view bytes, const std::string& p
   if (!image.ok()) return image.status();
   pb::SensorCalibration layout;
   *layout.mutable_depth() = DepthLayoutOf(*image, *camera_, options_.unit_m);
+  layout.set_least_range_m(camera_->min_range_m.value_or(0));
+  layout.set_greatest_range_m(camera_->max_range_m.value_or(0));
+  if (options_.use_sensor_model && !camera_->sensor_model.empty()) {
+    const auto model = ParseSensorModel(camera_->sensor_model);
+    if (!model.ok()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("the camera of ", path, ": sensor_model is \"", camera_->sensor_model,
+                       "\", must be one that --sensor-model takes, which also overrides it"));
+    }
+    *layout.mutable_sensor_model() = *model;
+  }
   out.set_depth(std::move(image->bytes));
   return CheckLayout(layout, path);
 }

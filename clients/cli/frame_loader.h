@@ -25,6 +25,7 @@ class FrameLoader {
     std::string intrinsics = {};        // as --intrinsics; empty: the camera's file beside
     std::optional<double> unit_m = {};  // of depth images
     bool use_poses = true;              // of the frames
+    bool use_sensor_model = true;       // of the camera's file
   };
   explicit FrameLoader(Options options) : options_(std::move(options)) {}
 
@@ -33,7 +34,8 @@ class FrameLoader {
   // file.
   absl::StatusOr<cwm::v1::SensorFrame> Load(const formats::SequenceFrame& frame);
 
-  // Describes the loaded frames: depth, or layout, width and height.
+  // Describes the loaded frames: depth, or layout, width and height; and the sensor as far as the
+  // camera's file does.
   const cwm::v1::SensorCalibration& layout() const { return layout_; }
 
  private:

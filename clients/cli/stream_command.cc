@@ -119,11 +119,12 @@ absl::Status Stream(Session& session, const StreamArguments& arguments) {
   if (!source.ok()) return source.status();
   FrameLoader loader({.intrinsics = arguments.intrinsics,
                       .unit_m = arguments.scale,
-                      .use_poses = arguments.mount.empty() && arguments.x_world_sensor.empty()});
+                      .use_poses = arguments.mount.empty() && arguments.x_world_sensor.empty(),
+                      .use_sensor_model = arguments.sensor_model.empty()});
   FeedOptions options = arguments.feed;
   options.send_states = !arguments.no_states;
   StreamFeed feed(session, **source, loader, options);
-  absl::Status status = feed.Run(*std::move(calibration));
+  absl::Status status = feed.Run(*calibration);
   if (feed.report().answered() > 0 && session.form == OutputForm::kTable) {
     feed.report().Print(session.streams.out);
   }
@@ -157,8 +158,8 @@ void AddSensorOptions(CLI::App& command, StreamArguments& arguments) {
       ->type_name("X,Y,Z,QX,QY,QZ,QW");
   command
       .add_option("--sensor-model", arguments.sensor_model,
-                  "kinect (default), realsense, time_of_flight, tilting_laser, sigma in m, or A,B: "
-                  "sigma = A + B z^2 at depth z")
+                  "kinect, realsense, time_of_flight, tilting_laser, sigma in m, or A,B: sigma = "
+                  "A + B z^2 at depth z; default: the camera's, or kinect")
       ->type_name("MODEL|SIGMA|A,B");
   AddIntrinsicsOption(command, arguments.intrinsics);
   command
@@ -168,12 +169,12 @@ void AddSensorOptions(CLI::App& command, StreamArguments& arguments) {
       ->type_name("FACTOR");
   command
       .add_option("--min-range", arguments.min_range_m,
-                  "nearer depths are no return (m); default: the sensor model's")
+                  "nearer depths are no return (m); default: the camera's, or the sensor model's")
       ->check(PositiveNumber)
       ->type_name("M");
   command
       .add_option("--max-range", arguments.max_range_m,
-                  "farther depths are no return (m); default: the sensor model's")
+                  "farther depths are no return (m); default: the camera's, or the sensor model's")
       ->check(PositiveNumber)
       ->type_name("M");
 }

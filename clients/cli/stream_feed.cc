@@ -64,11 +64,12 @@ StreamFeed::StreamFeed(Session& session, FrameSource& source, FrameLoader& loade
 
 StreamFeed::~StreamFeed() = default;
 
-absl::Status StreamFeed::Run(pb::SensorCalibration calibration) {
+absl::Status StreamFeed::Run(const pb::SensorCalibration& given) {
   auto first = LoadNext();
   if (!first.ok()) return first.status();
   if (!first->has_value()) return absl::InvalidArgumentError("no frame was named");
-  calibration.MergeFrom(loader_.layout());
+  pb::SensorCalibration calibration = loader_.layout();
+  calibration.MergeFrom(given);
   SetClock(**first, calibration);
   if (options_.send_states) OpenStates(calibration);
   stream_ = std::make_unique<client::SensorStream>(session_.connection(), calibration);

@@ -35,9 +35,9 @@ class StreamFeed {
   StreamFeed(Session& session, FrameSource& source, FrameLoader& loader, FeedOptions options);
   ~StreamFeed();
 
-  // Sends everything, until the end, an error, Ctrl-C, or nobody reads the output. `calibration`
-  // lacks the layout alone.
-  absl::Status Run(cwm::v1::SensorCalibration calibration);
+  // Sends everything, until the end, an error, Ctrl-C, or nobody reads the output. What the
+  // calibration does not say is taken from the frames and their camera.
+  absl::Status Run(const cwm::v1::SensorCalibration& given);
 
   const StreamReport& report() const { return report_; }
 

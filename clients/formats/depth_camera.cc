@@ -31,6 +31,7 @@ class CameraReader {
       if (status.ok() && !(unit_m > 0)) status = fields_.Error(root[name], "must be positive");
       camera.unit_m = unit_m;
     }
+    if (status.ok()) status = ReadFacts(root, camera);
     if (!status.ok()) return status;
     if (camera.fx_px > 0 && camera.fy_px > 0) return camera;
     return FileError(file_, {"fx and fy", absl::StrCat(camera.fx_px, " and ", camera.fy_px),
@@ -69,6 +70,25 @@ class CameraReader {
       if (!node.present()) return FileError(file_, {names[0], "", "is missing from the camera"});
       if (absl::Status status = ReadNumber(node, *number); !status.ok()) return status;
     }
+    return absl::OkStatus();
+  }
+
+  absl::Status ReadFacts(const YamlNode& root, DepthCamera& camera) {
+    const std::array<std::pair<const char*, std::optional<double>*>, 2> ranges = {
+        {{"min_range_m", &camera.min_range_m}, {"max_range_m", &camera.max_range_m}}};
+    for (const auto& [name, range] : ranges) {
+      if (!root[name].present()) continue;
+      absl::Status status = ReadNumber(root[name], range->emplace());
+      if (status.ok() && !(**range > 0)) status = fields_.Error(root[name], "must be positive");
+      if (!status.ok()) return status;
+    }
+    // A given standard deviation is a model of its own.
+    const YamlNode sigma = root["sigma_m"];
+    const YamlNode model = sigma.present() ? sigma : root["sensor_model"];
+    if (!model.present()) return absl::OkStatus();
+    auto text = fields_.Scalar(model);
+    if (!text.ok()) return text.status();
+    camera.sensor_model = *std::move(text);
     return absl::OkStatus();
   }
 

@@ -18,6 +18,9 @@ struct DepthCamera {
   double cx_px = 0, cy_px = 0;
   // Metres per unit of the image's numbers. Empty: 0.001 for integers, 1 for floats.
   std::optional<double> unit_m = {};
+  // Facts about the sensor. Empty: the file does not say them.
+  std::string sensor_model = {};  // "kinect", or a standard deviation in metres
+  std::optional<double> min_range_m = {}, max_range_m = {};
 };
 
 // Depths along the optical axis as they are sent: row-major, little-endian.
@@ -30,8 +33,8 @@ struct DepthImage {
 
 // Reads a camera's file, JSON or YAML: fx, fy, cx and cy (or ppx and ppy), or the nine numbers of
 // its matrix, row-major, as K, camera_matrix.data (ROS) or intrinsic_matrix (Open3D, column-major);
-// depth_unit_m, depth_scale_m or depth_scale is the unit. A file of nine numbers alone is the
-// matrix.
+// depth_unit_m, depth_scale_m or depth_scale is the unit; sensor_model (with sigma_m, if it is
+// "given"), min_range_m and max_range_m are facts. A file of nine numbers alone is the matrix.
 absl::StatusOr<DepthCamera> ParseDepthCamera(std::string_view text, const std::string& file);
 
 // True for a PNG, and for an NPY of a plain array (H, W) or (H, W, 1) that is wider than a list of

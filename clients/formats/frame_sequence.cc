@@ -198,8 +198,8 @@ absl::StatusOr<SequenceState> StateOf(const JsonLine& line, const std::string& s
     if (!delivery_s.ok()) return delivery_s.status();
     state.delivery_s = *delivery_s;
   }
-  if (line.Has("names")) {
-    auto names = line.Texts("names");
+  if (line.Has("joints")) {
+    auto names = line.Texts("joints");
     if (!names.ok()) return names.status();
     if (names->size() != state.values.size()) {
       return FileError(source, {"values", absl::StrCat(state.values.size(), " numbers"),

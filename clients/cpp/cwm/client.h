@@ -3,6 +3,7 @@
 
 #include "cwm/changes.h"
 #include "cwm/error.h"
+#include "cwm/live.h"
 #include "cwm/objects.h"
 #include "cwm/queries.h"
 #include "cwm/results.h"

@@ -19,6 +19,11 @@ namespace cwm::CWM_API {
 enum class ObjectKind { kSupport = 1, kObject, kResidual, kUnseen, kUser, kMover };
 enum class Owner { kPerception = 1, kUser };
 enum class ObjectState { kUnknown = 0, kConfirmed, kOccluded, kLost };
+// Whether an object moves, and how it is seen, as running sensors tell; kNotFollowed: none does. An
+// object at rest has a pose that is constant to the bit. kStale is out of view or without a return,
+// kLost was followed while it moved and not seen since.
+enum class Motion { kNotFollowed = 0, kAtRest, kMoving, kSettling };
+enum class Visibility { kNotFollowed = 0, kVisible, kOccluded, kStale, kLost };
 // kCompleted was supplied where nothing was measured, at least in part.
 enum class PartRole { kFitted = 1, kCompleted };
 // How much of an object is told: kBasic without shapes, kFull with surfaces and handles.
@@ -117,6 +122,11 @@ struct Object {
   double margin_m = 0;
   std::optional<Attachment> attachment = {};
   std::optional<bool> reachable = {};  // for supports; absent: not known
+  Motion motion = Motion::kNotFollowed;
+  Visibility visibility = Visibility::kNotFollowed;
+  // False if it may have been swapped with an object of the same shape; absent: not followed.
+  std::optional<bool> identity_certain = {};
+  std::string carried_by = {};  // "robot/link" that it moves with though it is not attached
 
   // The revision that a change may expect.
   std::int64_t revision() const {

@@ -43,18 +43,6 @@ formats::CloudFile CloudFrom(const World::CloudRef& points, const ScanOptions& o
   return cloud;
 }
 
-void SetSensor(const std::variant<SensorModel, SensorNoise>& sensor, v1::SensorModel& message) {
-  if (const auto* model = std::get_if<SensorModel>(&sensor)) {
-    message.set_kind(static_cast<v1::SensorModel::Kind>(*model));
-    return;
-  }
-  const auto& noise = std::get<SensorNoise>(sensor);
-  message.set_kind(noise.b_per_m == 0 ? v1::SensorModel::KIND_CONSTANT
-                                      : v1::SensorModel::KIND_QUADRATIC);
-  message.set_sigma_m(noise.a_m);
-  message.set_quadratic_per_m(noise.b_per_m);
-}
-
 v1::IngestCloudHeader HeaderFrom(const std::string& world, const ScanOptions& options) {
   v1::IngestCloudHeader header;
   header.set_world(world);
@@ -64,7 +52,7 @@ v1::IngestCloudHeader HeaderFrom(const std::string& world, const ScanOptions& op
     *header.mutable_x_world_sensor() = internal::ToMessage(*options.X_WS, "options.X_WS");
   }
   if (options.up_S) internal::SetVector(*options.up_S, *header.mutable_up());
-  SetSensor(options.sensor, *header.mutable_sensor_model());
+  internal::SetSensor(options.sensor, *header.mutable_sensor_model());
   header.set_mode(static_cast<v1::IngestMode>(options.mode));
   header.set_want_point_labels(options.labels);
   v1::IngestOptions& search = *header.mutable_options();

@@ -27,7 +27,16 @@ Event EventFrom(const v1::ObjectEvent& message) {
   if (!message.has_move()) return ObjectRemoved{message.remove()};
   return ObjectMoved{.name = message.move().name(),
                      .X_WO = internal::FromMessage(message.move().x_world_object()),
-                     .pose_revision = message.pose_revision()};
+                     .pose_revision = message.pose_revision(),
+                     .motion = static_cast<Motion>(message.motion())};
+}
+
+SensorFacts FactsFrom(const v1::SensorFacts& message) {
+  SensorFacts facts{.motion = static_cast<Motion>(message.motion()),
+                    .visibility = static_cast<Visibility>(message.visibility())};
+  if (message.has_identity_certain()) facts.identity_certain = message.identity_certain();
+  facts.carried_by = message.carried_by();
+  return facts;
 }
 
 Event EventFrom(const v1::RobotEvent& message) {
@@ -129,6 +138,9 @@ class Watcher::Call {
     Bookmark bookmark{.world_uid = message.world_uid(), .revision = message.revision()};
     for (const auto& [name, stamp] : message.bookmark().last_observed()) {
       bookmark.last_observed[name] = internal::FromMessage(stamp);
+    }
+    for (const auto& [name, facts] : message.bookmark().facts()) {
+      bookmark.facts[name] = FactsFrom(facts);
     }
     return bookmark;
   }

@@ -26,6 +26,7 @@ struct ObjectMoved {
   std::string name;
   Eigen::Isometry3d X_WO = Eigen::Isometry3d::Identity();
   std::int64_t pose_revision = 0;
+  Motion motion = Motion::kNotFollowed;
 };
 struct ObjectRemoved {
   std::string name;
@@ -68,11 +69,20 @@ struct Changes {
   std::vector<Event> events = {};
 };
 
+// The facts of running sensors about an object; see Object.
+struct SensorFacts {
+  Motion motion = Motion::kNotFollowed;
+  Visibility visibility = Visibility::kNotFollowed;
+  std::optional<bool> identity_certain = {};
+  std::string carried_by = {};
+};
+
 // All up to the revision was told.
 struct Bookmark {
   std::string world_uid;
   std::int64_t revision = 0;
   std::map<std::string, Time> last_observed = {};  // objects that scans saw again
+  std::map<std::string, SensorFacts> facts = {};   // that changed, by object
 };
 
 using WatchEvent = std::variant<Snapshot, Changes, Bookmark>;

@@ -19,6 +19,7 @@
 
 #include "cwm/changes.h"
 #include "cwm/error.h"
+#include "cwm/live.h"
 #include "cwm/namespace.h"
 #include "cwm/objects.h"
 #include "cwm/queries.h"
@@ -166,6 +167,18 @@ class World : public WorldView {
   // needs no copy.
   using CloudRef = Eigen::Ref<const Eigen::Matrix3Xf, 0, Eigen::OuterStride<>>;
   IngestResult Ingest(const CloudRef& points, const ScanOptions& options = {}) const;
+
+  // Follows the world with the frames of a running sensor.
+  SensorStream StreamSensor(const SensorCalibration& calibration) const;
+  // Tells where a robot stands while it moves: values of these variables; none: of all, in the
+  // order of Robot::variables.
+  RobotStateStream StreamRobotStates(const std::string& robot,
+                                     const std::vector<std::string>& variables = {}) const;
+  std::vector<Sensor> Sensors() const;  // that stream or have streamed, by name
+  // Sets the pose of a sensor, absent: to its estimate; returns it. kNotFound SENSOR_UNKNOWN,
+  // kFailedPrecondition NO_ESTIMATE.
+  Eigen::Isometry3d SetSensorPose(const std::string& sensor,
+                                  const std::optional<Eigen::Isometry3d>& X_WS) const;
 
   // All changes in order, or none; one revision.
   std::int64_t Apply(std::span<const Change> changes,

@@ -16,10 +16,12 @@ Metres, radians, seconds; world Z up; poses are (4, 4) arrays X_a_b, the frame b
     answers    CheckResult, PairResult, WorldContacts, MotionResult, RayResult, SampleResult,
                PoseResult, LinkPoses, Verdict, Trust
     scans      IngestResult, IngestReport, IngestChanges
+    live       SensorStream, SensorMount: FrameResult, FrameChanges, PixelCounts;
+               Sensor, SensorPoseEstimate; RobotStateStream, RobotStatesSummary
     world      Object, Part, FitQuality, Handle, Surface, Vessel, OrientedBox, Attachment,
                PairRule, Robot, Group, Link, Variable, Tool, ExportedWorld
     changes    Put, Move, Remove, Attach, Detach, Allow, Margin, SetState, for World.apply
-    watch      Watch: Snapshot, Bookmark, and Changes of ObjectPut, ObjectMoved, ObjectRemoved,
+    watch      Watch: Snapshot, Bookmark (SensorFacts), and Changes of ObjectPut, ObjectMoved, ObjectRemoved,
                RobotPut, RobotMoved, RobotRemoved, RuleSet
     errors     Error (reason, metadata, FieldViolation), NotFound, Unavailable, ...
 
@@ -36,8 +38,10 @@ from cwm.enums import (
     DistancePairs,
     Engine,
     ExportFormat,
+    FrameFate,
     IngestMode,
     JointKind,
+    Motion,
     MotionVerdict,
     ObjectKind,
     ObjectState,
@@ -53,6 +57,7 @@ from cwm.enums import (
     Trust,
     UnseenSpace,
     Verdict,
+    Visibility,
 )
 from cwm.errors import (
     Aborted,
@@ -77,6 +82,17 @@ from cwm.errors import (
 from cwm.exports import ExportedWorld
 from cwm.ingest import IngestChanges, IngestReport, IngestResult
 from cwm.kinematics import LinkPoses, PoseResult
+from cwm.live import (
+    FrameChanges,
+    FrameResult,
+    PixelCounts,
+    RobotStatesSummary,
+    RobotStateStream,
+    Sensor,
+    SensorMount,
+    SensorPoseEstimate,
+    SensorStream,
+)
 from cwm.objects import Attachment, FitQuality, Handle, Object, OrientedBox, Part, Surface, Vessel
 from cwm.poses import pose
 from cwm.queries import QueryOptions
@@ -116,6 +132,7 @@ from cwm.watch import (
     RobotPut,
     RobotRemoved,
     RuleSet,
+    SensorFacts,
     Snapshot,
     Watch,
 )
@@ -153,6 +170,9 @@ if TYPE_CHECKING:
         "FailedPrecondition",
         "FieldViolation",
         "FitQuality",
+        "FrameChanges",
+        "FrameFate",
+        "FrameResult",
         "Group",
         "HalfSpace",
         "Handle",
@@ -167,6 +187,7 @@ if TYPE_CHECKING:
         "LinkPoses",
         "Margin",
         "Mesh",
+        "Motion",
         "MotionResult",
         "MotionVerdict",
         "Move",
@@ -186,6 +207,7 @@ if TYPE_CHECKING:
         "Part",
         "PartRole",
         "PermissionDenied",
+        "PixelCounts",
         "Placed",
         "Plate",
         "PoseResult",
@@ -205,12 +227,19 @@ if TYPE_CHECKING:
         "RobotPut",
         "RobotRemoved",
         "RobotScope",
+        "RobotStateStream",
+        "RobotStatesSummary",
         "RobotSubject",
         "RuleSet",
         "SampleResult",
         "SampleState",
         "ScanRefused",
+        "Sensor",
+        "SensorFacts",
         "SensorModel",
+        "SensorMount",
+        "SensorPoseEstimate",
+        "SensorStream",
         "Server",
         "ServerInfo",
         "SetState",
@@ -225,6 +254,7 @@ if TYPE_CHECKING:
         "Variable",
         "Verdict",
         "Vessel",
+        "Visibility",
         "Watch",
         "WorldContacts",
         "WorldInfo",

@@ -13,7 +13,8 @@ Word = TypeVar("Word", bound=enum.IntEnum)
 
 class ObjectKind(enum.IntEnum):
     """What an object is: OBJECT stands on a SUPPORT, RESIDUAL is what no shape explains, UNSEEN
-    is space that no sensor has seen, USER was put by somebody.
+    is space that no sensor has seen, USER was put by somebody, MOVER is a piece of something that
+    moves and is not modelled, such as a hand.
     """
 
     SUPPORT = 1
@@ -21,9 +22,12 @@ class ObjectKind(enum.IntEnum):
     RESIDUAL = 3
     UNSEEN = 4
     USER = 5
+    MOVER = 6
 
 
-ObjectKindLike = Union[ObjectKind, Literal["support", "object", "residual", "unseen", "user"]]
+ObjectKindLike = Union[
+    ObjectKind, Literal["support", "object", "residual", "unseen", "user", "mover"]
+]
 
 
 class Owner(enum.IntEnum):
@@ -40,6 +44,37 @@ class ObjectState(enum.IntEnum):
     CONFIRMED = 1
     OCCLUDED = 2
     LOST = 3
+
+
+class Motion(enum.IntEnum):
+    """Whether an object moves, as running sensors see it; NOT_FOLLOWED: none does. AT_REST: its
+    pose is constant to the bit.
+    """
+
+    NOT_FOLLOWED = 0
+    AT_REST = 1
+    MOVING = 2
+    SETTLING = 3
+
+
+class Visibility(enum.IntEnum):
+    """How running sensors see an object. OCCLUDED: something is in front of it; STALE: out of
+    view or without a return; LOST: followed while it moved, and not seen since.
+    """
+
+    NOT_FOLLOWED = 0
+    VISIBLE = 1
+    OCCLUDED = 2
+    STALE = 3
+    LOST = 4
+
+
+class FrameFate(enum.IntEnum):
+    """What became of a frame. DROPPED: a newer one came while it waited."""
+
+    PROCESSED = 1
+    DROPPED = 2
+    REFUSED = 3
 
 
 class PartRole(enum.IntEnum):

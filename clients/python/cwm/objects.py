@@ -153,6 +153,11 @@ class Object:
     attachment: Attachment | None
     reachable: bool | None  # of supports; None: not known
     world_revision: int
+    motion: enums.Motion = enums.Motion.NOT_FOLLOWED
+    visibility: enums.Visibility = enums.Visibility.NOT_FOLLOWED
+    # False: it may have been swapped with an object of the same shape. None: not followed.
+    identity_certain: bool | None = None
+    carried_by: str = ""  # "robot/link" that it moves with though it is not attached
     _view: WorldView | None = field(default=None, compare=False, repr=False)
 
     def __repr__(self) -> str:
@@ -288,6 +293,12 @@ def object_from_proto(message: world_pb2.Object, revision: int, view: WorldView 
         if message.HasField("attachment")
         else None,
         reachable=message.reachable if message.HasField("reachable") else None,
+        motion=enums.Motion(message.motion),
+        visibility=enums.Visibility(message.visibility),
+        identity_certain=message.identity_certain
+        if message.HasField("identity_certain")
+        else None,
+        carried_by=message.carried_by,
         world_revision=revision,
         _view=view,
     )

@@ -54,6 +54,7 @@ class ObjectMoved:
     name: str
     pose: np.ndarray = field(compare=False, repr=False)  # X_WO
     pose_revision: int
+    motion: enums.Motion = enums.Motion.NOT_FOLLOWED
 
 
 @dataclass(frozen=True)
@@ -123,14 +124,25 @@ class Changes:
 
 
 @dataclass(frozen=True)
+class SensorFacts:
+    """What running sensors say of an object; see Object."""
+
+    motion: enums.Motion
+    visibility: enums.Visibility
+    identity_certain: bool | None
+    carried_by: str
+
+
+@dataclass(frozen=True)
 class Bookmark:
     """All up to the revision was told. last_observed: when scans saw what they saw once more, by
-    name.
+    name. facts: those of running sensors that changed, by name.
     """
 
     world_uid: str
     revision: int
     last_observed: Mapping[str, datetime.datetime] = field(hash=False)
+    facts: Mapping[str, SensorFacts] = field(default_factory=dict, hash=False)
 
 
 WatchEvent = Union[Snapshot, Changes, Bookmark]
@@ -157,7 +169,10 @@ def _object_event(message: world_pb2.ObjectEvent, view: WorldView) -> Event:
         return ObjectPut(objects.object_from_proto(message.put, view.pinned, view))
     if kind == "move":
         return ObjectMoved(
-            message.move.name, poses.from_proto(message.move.x_world_object), message.pose_revision
+            message.move.name,
+            poses.from_proto(message.move.x_world_object),
+            message.pose_revision,
+            enums.Motion(message.motion),
         )
     return ObjectRemoved(message.remove)
 
@@ -285,7 +300,16 @@ class Watch:
             name: objects.time_from_proto(stamp)
             for name, stamp in message.bookmark.last_observed.items()
         }
-        return Bookmark(uid, revision, seen)
+        facts = {
+            name: SensorFacts(
+                enums.Motion(told.motion),
+                enums.Visibility(told.visibility),
+                told.identity_certain if told.HasField("identity_certain") else None,
+                told.carried_by,
+            )
+            for name, told in message.bookmark.facts.items()
+        }
+        return Bookmark(uid, revision, seen, facts)
 
     def _snapshot(self, message: world_pb2.WatchWorldResponse) -> Snapshot | None:
         if self._initial is None:

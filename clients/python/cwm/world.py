@@ -5,9 +5,10 @@ from __future__ import annotations
 import warnings
 from typing import Mapping, Sequence
 
+import numpy as np
 import numpy.typing as npt
 
-from cwm import arrays, changes, enums, ingest, poses, robots, shapes, watch
+from cwm import arrays, changes, enums, ingest, live, poses, robots, shapes, watch
 from cwm.connection import new_request_id, upload_chunks
 from cwm.changes import Change, Thing
 from cwm.v1 import perception_pb2, robot_pb2, world_pb2
@@ -105,6 +106,87 @@ class World(WorldView):
         held = header.mode != perception_pb2.INGEST_MODE_SEGMENT_ONLY
         view = self._as_of(reply.revision, reply.world_uid) if held else None
         return ingest.result_of(reply, view, ingest.labels_of(reply, self) if labels else None)
+
+    def stream_sensor(
+        self,
+        sensor_name: str,
+        intrinsics: npt.ArrayLike,
+        x_world_sensor: npt.ArrayLike | None = None,
+        *,
+        mount: live.SensorMount | None = None,
+        sensor: enums.SensorModelLike | float | Sequence[float] = "kinect",
+        unit_m: float | None = None,
+        min_range_m: float = 0.0,
+        max_range_m: float = 0.0,
+        pose_sigma: tuple[float, float] | None = None,
+    ) -> live.SensorStream:
+        """Follows the world with the depth images of a running sensor: `with
+        world.stream_sensor(...) as frames: frames.process(depth, stamp)`. See `SensorStream`.
+
+        A sensor of the same name and calibration keeps what was learnt of it. intrinsics: (4,) fx
+        fy cx cy in pixels, or the matrix (3, 3). x_world_sensor: its pose, (4, 4) or (7,), or
+        mount: its place on a robot; neither where every frame has its pose, or an earlier scan of
+        the sensor had one. sensor: as of `ingest`. unit_m: metres per unit; None: 0.001 for
+        integers, 1 for floats. min_range_m, max_range_m: other depths are no return; 0: those of
+        the model. pose_sigma: standard deviations of the pose, m and rad; None: 5 mm, 0.005 rad.
+        """
+        return live.SensorStream(
+            self,
+            live.calibration(
+                self.name,
+                sensor_name,
+                intrinsics,
+                x_world_sensor=x_world_sensor,
+                mount=mount,
+                sensor=sensor,
+                unit_m=unit_m,
+                min_range_m=min_range_m,
+                max_range_m=max_range_m,
+                pose_sigma=pose_sigma,
+            ),
+        )
+
+    def stream_robot_states(
+        self, robot: str, variables: Sequence[str] = ()
+    ) -> live.RobotStateStream:
+        """Tells where a robot stands while it moves, so that frames of sensors know where it was
+        at their stamps: see `RobotStateStream`. variables: of the states' values; none: all, in
+        the order of `Robot.variables`.
+        """
+        return live.RobotStateStream(
+            self,
+            robot_pb2.RobotStatesHeader(
+                world=self.name,
+                robot=arrays.text(robot, "robot"),
+                variables=arrays.texts(variables, "variables"),
+            ),
+        )
+
+    def sensors(self) -> tuple[live.Sensor, ...]:
+        """The sensors that stream or have streamed, by name."""
+        request = perception_pb2.ListSensorsRequest(world=self.name)
+        reply = self.connection.call(
+            self.connection.perception.ListSensors, request, self.timeout_s
+        )
+        return tuple(live.sensor_from_proto(sensor) for sensor in reply.sensors)
+
+    def set_sensor_pose(
+        self, sensor_name: str, x_world_sensor: npt.ArrayLike | None = None
+    ) -> np.ndarray:
+        """Sets the pose of a sensor, (4, 4) or (7,), or with None to its estimate; returns it,
+        (4, 4). NotFound for an unknown sensor, FailedPrecondition without an estimate.
+        """
+        request = perception_pb2.SetSensorPoseRequest(
+            world=self.name, sensor=arrays.text(sensor_name, "sensor_name")
+        )
+        if x_world_sensor is None:
+            request.use_estimate = True
+        else:
+            request.x_world_sensor.CopyFrom(poses.to_proto(x_world_sensor, "x_world_sensor"))
+        reply = self.connection.call(
+            self.connection.perception.SetSensorPose, request, self.timeout_s
+        )
+        return poses.from_proto(reply.x_world_sensor)
 
     # Changes.
 

@@ -171,6 +171,27 @@ TEST(DepthCamera, FilesOfManyProgramsAreRead) {
   }
 }
 
+TEST(DepthCamera, FactsOfTheSensorAreRead) {
+  const auto camera = ParseDepthCamera(
+      R"({"fx": 1, "fy": 1, "cx": 0, "cy": 0, "sensor_model": "kinect", "min_range_m": 0.4,
+          "max_range_m": 4})",
+      "c.json");
+  ASSERT_TRUE(camera.ok()) << camera.status();
+  EXPECT_EQ(camera->sensor_model, "kinect");
+  EXPECT_EQ(camera->min_range_m, 0.4);
+  EXPECT_EQ(camera->max_range_m, 4);
+  const auto given = ParseDepthCamera(
+      R"({"fx": 1, "fy": 1, "cx": 0, "cy": 0, "sensor_model": "given", "sigma_m": 0.002})",
+      "c.json");
+  EXPECT_EQ(given->sensor_model, "0.002");
+  EXPECT_THAT(
+      std::string(
+          ParseDepthCamera(R"({"fx": 1, "fy": 1, "cx": 0, "cy": 0, "min_range_m": -1})", "c.json")
+              .status()
+              .message()),
+      HasSubstr("min_range_m is -1, must be positive"));
+}
+
 TEST(DepthCamera, NineNumbersAloneAreTheMatrix) {
   const auto camera = ParseDepthCamera("5.85e+02 0 320\n0 585 240\n0 0 1\n", "k.txt");
   ASSERT_TRUE(camera.ok()) << camera.status();

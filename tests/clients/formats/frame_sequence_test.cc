@@ -88,7 +88,7 @@ TEST(FrameSequence, ListsHaveStampsDeliveriesPosesAndStates) {
                R"({"file": "a.png", "stamp": 1.5})"
                "\n");
   folder.Write("joint_states.jsonl",
-               R"({"robot": "arm", "stamp": 1, "delivery": 1.25, "names": ["j1", "j2"], )"
+               R"({"robot": "arm", "stamp": 1, "delivery": 1.25, "joints": ["j1", "j2"], )"
                R"("values": [0.5, -1]})"
                "\n");
   const auto sequence = ReadFrameFolder(folder.path());
@@ -152,7 +152,7 @@ TEST(FrameSequence, MalformedFoldersAreRefused) {
               HasSubstr("absent: No such file"));
   folder.Write("frames.jsonl", "{\"file\": \"a.png\"}\n");
   folder.Write("joint_states.jsonl",
-               "{\"robot\": \"arm\", \"stamp\": 1, \"names\": [\"a\"], \"values\": [1, 2]}\n");
+               "{\"robot\": \"arm\", \"stamp\": 1, \"joints\": [\"a\"], \"values\": [1, 2]}\n");
   EXPECT_THAT(std::string(ReadFrameFolder(folder.path()).status().message()),
               HasSubstr("joint_states.jsonl:1: values is 2 numbers, must be one for each of 1"));
   folder.Write("joint_states.jsonl", "{\"robot\": \"arm\", \"stamp\": 1, \"values\": 3}\n");

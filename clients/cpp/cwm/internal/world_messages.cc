@@ -120,6 +120,18 @@ Time FromMessage(const google::protobuf::Timestamp& stamp) {
                                                          std::chrono::nanoseconds(stamp.nanos())));
 }
 
+google::protobuf::Timestamp ToMessage(Time stamp) {
+  using std::chrono::nanoseconds;
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const std::int64_t ns = std::chrono::duration_cast<nanoseconds>(stamp.time_since_epoch()).count();
+  std::int64_t seconds = ns / kSecond;
+  if (ns < seconds * kSecond) --seconds;  // nanos are not negative
+  google::protobuf::Timestamp message;
+  message.set_seconds(seconds);
+  message.set_nanos(static_cast<std::int32_t>(ns - seconds * kSecond));
+  return message;
+}
+
 google::protobuf::Duration DurationFrom(double seconds, const std::string& name) {
   if (!(seconds >= 0 && seconds <= kMaxSeconds)) {
     ThrowBadArgument(name, absl::StrCat("is ", seconds, ", must be 0 to ", kMaxSeconds, " s"));
@@ -129,6 +141,18 @@ google::protobuf::Duration DurationFrom(double seconds, const std::string& name)
   duration.set_seconds(nanoseconds / 1'000'000'000);
   duration.set_nanos(static_cast<std::int32_t>(nanoseconds % 1'000'000'000));
   return duration;
+}
+
+void SetSensor(const std::variant<SensorModel, SensorNoise>& sensor, v1::SensorModel& message) {
+  if (const auto* model = std::get_if<SensorModel>(&sensor)) {
+    message.set_kind(static_cast<v1::SensorModel::Kind>(*model));
+    return;
+  }
+  const auto& noise = std::get<SensorNoise>(sensor);
+  message.set_kind(noise.b_per_m == 0 ? v1::SensorModel::KIND_CONSTANT
+                                      : v1::SensorModel::KIND_QUADRATIC);
+  message.set_sigma_m(noise.a_m);
+  message.set_quadratic_per_m(noise.b_per_m);
 }
 
 Object FromMessage(const v1::Object& message) {
@@ -169,6 +193,10 @@ Object FromMessage(const v1::Object& message) {
         .touch_links = {attachment.touch_links().begin(), attachment.touch_links().end()}};
   }
   if (message.has_reachable()) object.reachable = message.reachable();
+  object.motion = static_cast<Motion>(message.motion());
+  object.visibility = static_cast<Visibility>(message.visibility());
+  if (message.has_identity_certain()) object.identity_certain = message.identity_certain();
+  object.carried_by = message.carried_by();
   return object;
 }
 
