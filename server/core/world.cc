@@ -101,6 +101,7 @@ World::World(WorldImage image, Retention retention, std::function<Clock::time_po
                 .expiry_mutex = {},
                 .observations = {},
                 .scans = {},
+                .robot_states = {},
                 .world = this});
   State& state = *state_;
   state.pipeline.emplace(
@@ -263,6 +264,10 @@ Observations& World::observations() { return state_->observations; }
 const Observations& World::observations() const { return state_->observations; }
 
 KeptScans& World::scans() { return state_->scans; }
+
+RobotStates& World::robot_states() { return state_->robot_states; }
+
+bool World::is_deleted() const { return state_->feed->end_reason() == EndReason::kDeleted; }
 
 absl::StatusOr<std::unique_ptr<WatchCursor>> World::Watch(const WatchOptions& options,
                                                           std::function<void()> wake) {

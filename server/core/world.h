@@ -27,6 +27,7 @@
 namespace cwm::server {
 
 struct IngestOutcome;  // ingest.h
+class RobotStates;     // live/robot_states.h
 
 // The revision that a query is about.
 struct Latest {};
@@ -167,11 +168,17 @@ class World : public std::enable_shared_from_this<World> {
   // The newest scan of each sensor.
   KeptScans& scans();
 
+  // The stamped states of robots that move; those of a robot are dropped with it.
+  RobotStates& robot_states();
+
   // Starts a watch; see watch.h. OutOfRange REVISION_COMPACTED / REVISION_IN_FUTURE, NotFound
   // WORLD_DELETED, Unavailable SERVER_DRAINING.
   absl::StatusOr<std::unique_ptr<WatchCursor>> Watch(const WatchOptions& options,
                                                      std::function<void()> wake);
 
+  // True once the journal has the world's deletion.
+  bool is_deleted() const;
+  // The oldest revision that is kept without a lease.
   collision::Revision oldest_exact() const;
   collision::Revision oldest_watch() const;
 

@@ -225,6 +225,9 @@ WorldFeed::PostCommit World::State::Publish(const PendingWrite& write) {
     for (const collision::ObjectDelta& delta : what.event->deltas) {
       if (delta.after == nullptr) observations.Forget(delta.before->name);
     }
+    for (const collision::RobotDelta& delta : what.event->robot_deltas) {
+      if (delta.after == nullptr) robot_states.Forget(delta.before->name);
+    }
   }
   observations.Record(what.facts.sightings, what.facts.seen_at, *next);
   if (what.facts.sensor_pose.has_value()) {

@@ -17,6 +17,7 @@
 
 #include "server/core/commit_pipeline.h"
 #include "server/core/idempotency_cache.h"
+#include "server/core/live/robot_states.h"
 #include "server/core/rule_expiry.h"
 #include "server/core/world.h"
 #include "server/core/world_feed.h"
@@ -47,6 +48,7 @@ struct World::State {
 
   Observations observations;
   KeptScans scans;
+  RobotStates robot_states;
   World* const world;
   std::optional<CommitPipeline> pipeline = {};  // its tip is what writes are decided on
 
