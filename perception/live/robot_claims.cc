@@ -222,6 +222,7 @@ void ClaimPixels(const ClaimFrame& frame, std::span<const BodyInView> bodies,
     const BodyInView* body;
     std::size_t pixel;
     Eigen::Vector3f p_L;
+    bool is_contested;
   };
   std::vector<Open> open;
   for (const BodyInView& body : bodies) {
@@ -238,7 +239,7 @@ void ClaimPixels(const ClaimFrame& frame, std::span<const BodyInView> bodies,
       if (quick == LinkSurface::Proximity::kWithin && !is_contested) {
         claim(body, pixel);
       } else {
-        open.push_back({&body, pixel, p_L});
+        open.push_back({&body, pixel, p_L, is_contested});
       }
     };
     ForEachNearPixel(frame, body, body.margin_m, body.bounds, judge);
@@ -246,6 +247,10 @@ void ClaimPixels(const ClaimFrame& frame, std::span<const BodyInView> bodies,
   for (const Open& candidate : open) {
     const BodyInView& body = *candidate.body;
     if (is_taken(body, candidate.pixel)) continue;
+    if (!candidate.is_contested) {
+      if (body.surface->IsWithin(candidate.p_L, body.margin_m)) claim(body, candidate.pixel);
+      continue;
+    }
     const double distance_m = body.surface->Distance_m(candidate.p_L, body.margin_m);
     if (std::isinf(distance_m)) continue;
     if (pixels[candidate.pixel] == kCarriedPixel) {

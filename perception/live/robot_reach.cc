@@ -61,9 +61,8 @@ ReachSphere ReachOf(const RobotSurface& surface, std::span<const ReachJoint> joi
     const LinkSurface& geometry = surface.links()[i];
     if (geometry.empty()) continue;
     const Vector3 center_R = link.is_base ? reach.center : Vector3::Zero();
-    reach.radius_m =
-        std::max(reach.radius_m, link.origin_m + geometry.deviation_m() +
-                                     FarthestCorner_m(geometry.bounds_L(), link.X_RL, center_R));
+    reach.radius_m = std::max(
+        reach.radius_m, link.origin_m + FarthestCorner_m(geometry.bounds_L(), link.X_RL, center_R));
   }
   return reach;
 }

@@ -4,13 +4,15 @@
 #include <cmath>
 #include <limits>
 
+#include "collision/geometry/signed_distance.h"
 #include "collision/geometry/tessellate.h"
+#include "collision/geometry/triangle.h"
 
 namespace cwm::perception {
 namespace {
 
 // chosen: smaller cells hardly leave fewer points undecided, since margins are 20 mm and more.
-constexpr double kMinCell_m = 0.004;
+constexpr double kMinCell_m = 0.008;
 // chosen: an object that is carried is prepared between two frames.
 constexpr int kMaxCarriedCells = 4096;
 
@@ -40,50 +42,56 @@ DistanceGrid GridAround(const Aabb& bounds_L, int max_cells) {
 }  // namespace
 
 LinkSurface::LinkSurface(std::span<const Placed<>> parts, int max_cells) {
-  for (const Placed<>& part : parts) {
-    if (std::holds_alternative<HalfSpace>(part.shape)) continue;
-    const Mesh* mesh = std::get_if<Mesh>(&part.shape);
-    Add(Tessellate(part.shape), part.X_FS, mesh == nullptr || mesh->watertight);
-    deviation_m_ = std::max(deviation_m_, DeviationBound_m(part.shape));
+  for (const Placed<>& placed : parts) {
+    if (std::holds_alternative<HalfSpace>(placed.shape)) continue;
+    TriangleMesh mesh_L = Tessellate(placed.shape);
+    if (mesh_L.triangles.empty()) continue;
+    for (Vector3& p : mesh_L.vertices) p = placed.X_FS * p;
+    const Mesh* mesh = std::get_if<Mesh>(&placed.shape);
+    const bool is_hull = std::holds_alternative<Convex>(placed.shape);
+    Part& part = parts_.emplace_back();
+    part.X_GL = placed.X_FS.inverse();
+    part.shape = placed.shape;
+    part.is_solid = mesh == nullptr || mesh->watertight;
+    if (mesh != nullptr || is_hull) part.tree.emplace(mesh_L);
+    AddTriangles(mesh_L, part.is_solid);
+    bounds_L_.extend(TightBounds(placed.shape, placed.X_FS));
   }
   if (!empty()) FillGrid(max_cells);
 }
 
-void LinkSurface::Add(const TriangleMesh& mesh, const Pose& X_LS, bool is_solid) {
-  if (mesh.triangles.empty()) return;
-  TriangleMesh placed = mesh;
-  for (Vector3& p : placed.vertices) p = X_LS * p;
-  const bool is_inward = is_solid && SignedVolume_m3(placed) < 0;
+void LinkSurface::AddTriangles(const TriangleMesh& mesh_L, bool is_solid) {
+  const bool is_inward = is_solid && SignedVolume_m3(mesh_L) < 0;
   const auto first = static_cast<std::uint32_t>(vertices_L_.size());
-  for (const Vector3& p : placed.vertices) vertices_L_.push_back(p.cast<float>());
-  for (auto [a, b, c] : placed.triangles) {
+  for (const Vector3& p : mesh_L.vertices) vertices_L_.push_back(p.cast<float>());
+  for (auto [a, b, c] : mesh_L.triangles) {
     if (is_inward) std::swap(b, c);
     triangles_.push_back({.corners = {first + a, first + b, first + c}, .two_sided = !is_solid});
-    bounds_L_.extend(placed.vertices[a]).extend(placed.vertices[b]).extend(placed.vertices[c]);
   }
-  parts_.push_back({.tree = collision::TriangleTree(placed), .is_solid = is_solid});
 }
 
 void LinkSurface::FillGrid(int max_cells) {
   const Vector3 reach_m = Vector3::Constant(kGridReach_m);
   grid_ = GridAround({bounds_L_.min() - reach_m, bounds_L_.max() + reach_m}, max_cells);
   grid_.distance_m.reserve(static_cast<std::size_t>(grid_.size[0]) * grid_.size[1] * grid_.size[2]);
-  // A cell is one step from the cell before it, which bounds its distance; and no surface lies
-  // between them if that cell is farther from the surface than the step.
-  double before_m = std::numeric_limits<double>::infinity();
-  bool is_inside = false;
+  // The nearest point of the cell before bounds the distance of a cell; and no surface lies between
+  // the two if that cell is farther from the surface than from this one.
+  Nearest before;
   Vector3 p_before = Vector3::Zero();
+  bool is_inside = false;
   for (int z = 0; z < grid_.size[2]; ++z) {
     for (int y = 0; y < grid_.size[1]; ++y) {
       for (int x = 0; x < grid_.size[0]; ++x) {
         const Vector3 p =
             grid_.origin_L.cast<double>() + grid_.cell_m * Vector3(x + 0.5, y + 0.5, z + 0.5);
-        const double step_m = (p - p_before).norm();
-        const double distance_m = SurfaceDistance_m(p, before_m + 1.001 * step_m);
-        if (!(before_m > step_m) || std::isinf(before_m)) is_inside = IsInside(p);
-        grid_.distance_m.push_back(static_cast<float>(is_inside ? -distance_m : distance_m));
-        before_m = distance_m;
+        const bool is_first = grid_.distance_m.empty();
+        const bool may_cross = is_first || before.distance_m <= 1.001 * (p - p_before).norm();
+        if (may_cross) is_inside = IsInside(p);
+        const double limit_m = 1.001 * (p - before.point_L).norm() + 1e-9;
+        before = NearestPoint(p, is_first ? std::numeric_limits<double>::infinity() : limit_m);
         p_before = p;
+        grid_.distance_m.push_back(
+            static_cast<float>(is_inside ? -before.distance_m : before.distance_m));
       }
     }
   }
@@ -91,23 +99,47 @@ void LinkSurface::FillGrid(int max_cells) {
 
 bool LinkSurface::IsInside(const Vector3& p_L) const {
   return std::any_of(parts_.begin(), parts_.end(), [&](const Part& part) {
-    return part.is_solid && part.tree.bounds().contains(p_L) && part.tree.Contains(p_L);
+    if (!part.tree) return SignedDistance_m(part.shape, part.X_GL * p_L) < 0;
+    return part.is_solid && part.tree->bounds().contains(p_L) && part.tree->Contains(p_L);
   });
 }
 
-double LinkSurface::SurfaceDistance_m(const Vector3& p_L, double max_distance_m) const {
-  double distance_m = std::numeric_limits<double>::infinity();
+LinkSurface::Nearest LinkSurface::NearestPoint(const Vector3& p_L, double max_distance_m) const {
+  Nearest nearest{.distance_m = max_distance_m};
+  bool found = false;
   for (const Part& part : parts_) {
-    const double limit_m = std::min(max_distance_m, distance_m);
-    distance_m = std::min(distance_m, part.tree.NearestPoint(p_L, limit_m).distance_m);
+    Nearest of_part;
+    if (part.tree) {
+      const auto on_mesh = part.tree->NearestPoint(p_L, nearest.distance_m);
+      of_part = {on_mesh.distance_m, on_mesh.point};
+    } else {
+      const SurfacePoint point_G = NearestSurfacePoint(part.shape, part.X_GL * p_L);
+      of_part = {std::abs(point_G.signed_distance_m),
+                 part.X_GL.inverse(Eigen::Isometry) * point_G.nearest};
+    }
+    if (!(of_part.distance_m < nearest.distance_m)) continue;
+    nearest = of_part;
+    found = true;
   }
-  return distance_m;
+  return found ? nearest : Nearest{};
 }
 
 bool LinkSurface::IsWithin(const Eigen::Vector3f& p_L, float margin_m) const {
   const Proximity quick = Quick(BoundsAt(p_L), margin_m);
   if (quick != Proximity::kOpen) return quick == Proximity::kWithin;
-  return !empty() && std::isfinite(Distance_m(p_L, margin_m));
+  const Vector3 p = p_L.cast<double>();
+  const auto is_near = [&](const Part& part) {
+    if (!part.tree) return SignedDistance_m(part.shape, part.X_GL * p) <= margin_m;
+    bool found = false;  // any triangle within the margin ends the search
+    const auto visit = [&](const collision::TriangleCorners& triangle, std::int32_t) {
+      const auto& [a, b, c] = triangle.corners;
+      found = (NearestOnTriangle(a, b, c, p) - p).norm() <= margin_m;
+      return found ? collision::TriangleTree::kEnd : margin_m;
+    };
+    part.tree->ForEachNear(Aabb(p, p), margin_m, visit);
+    return found;
+  };
+  return std::any_of(parts_.begin(), parts_.end(), is_near) || IsInside(p);
 }
 
 bool LinkSurface::MayBeWithin(const Eigen::Vector3f& center_L, float radius_m,
@@ -127,7 +159,7 @@ double LinkSurface::Distance_m(const Eigen::Vector3f& p_L, double max_distance_m
   if (bounds_L_.exteriorDistance(p) > max_distance_m) {
     return std::numeric_limits<double>::infinity();
   }
-  return IsInside(p) ? 0 : SurfaceDistance_m(p, limit_m);
+  return IsInside(p) ? 0 : NearestPoint(p, limit_m).distance_m;
 }
 
 LinkSurface SurfaceOf(const HybridModel& model) {

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -49,9 +50,9 @@ struct DistanceGrid {
   }
 };
 
-// The surface of one rigid body in its own frame L. Immutable. Round shapes are approximated within
-// deviation_m() by triangles; meshes are taken as they are. Half-spaces are left out, since no
-// image bounds them.
+// The surface of one rigid body in its own frame L. Immutable. Distances are exact, of shapes by
+// their formulas and of meshes and hulls over their triangles; images show round shapes within half
+// a millimetre. Half-spaces are left out, since no image bounds them.
 class LinkSurface {
  public:
   // `max_cells` limits the memory, 4 bytes a cell, and the time of preparation, about 1 us a cell.
@@ -61,7 +62,6 @@ class LinkSurface {
   // True for a body without triangles. It has no bounds, and no point is near it.
   bool empty() const { return triangles_.empty(); }
   const Aabb& bounds_L() const { return bounds_L_; }
-  double deviation_m() const { return deviation_m_; }
 
   // For images. Triangles that are not two-sided wind counter-clockwise seen from outside.
   struct Triangle {
@@ -93,19 +93,25 @@ class LinkSurface {
   // beyond cost a search in the tree if a margin is larger.
   static constexpr double kGridReach_m = 0.06;
   struct Part {
-    collision::TriangleTree tree;
-    bool is_solid = false;
+    Pose X_GL = Pose::Identity();
+    Shape shape;
+    std::optional<collision::TriangleTree> tree;  // of a mesh or hull, in the frame L; else empty
+    bool is_solid = true;
   };
-  void Add(const TriangleMesh& mesh, const Pose& X_LS, bool is_solid);
+  struct Nearest {
+    double distance_m = std::numeric_limits<double>::infinity();
+    Vector3 point_L = Vector3::Zero();
+  };
+  void AddTriangles(const TriangleMesh& mesh_L, bool is_solid);
   void FillGrid(int max_cells);
   bool IsInside(const Vector3& p_L) const;
-  double SurfaceDistance_m(const Vector3& p_L, double max_distance_m) const;
+  // The nearest point of any part's surface; infinitely far if none is nearer than the limit.
+  Nearest NearestPoint(const Vector3& p_L, double max_distance_m) const;
 
   std::vector<Part> parts_;
   std::vector<Eigen::Vector3f> vertices_L_;
   std::vector<Triangle> triangles_;
   Aabb bounds_L_;
-  double deviation_m_ = 0;
   DistanceGrid grid_;  // around bounds_L_ and kGridReach_m more
 };
 

@@ -18,7 +18,7 @@ constexpr auto kMixedClass = static_cast<std::uint8_t>(PixelClass::kMixed);
 constexpr auto kHiddenClass = static_cast<std::uint8_t>(PixelClass::kHidden);
 
 // chosen: fewer pixels of a link may all be wrong for other reasons.
-constexpr int kMinThroughPixels = 40;
+constexpr int kMinThroughPixels = 20;
 // tuned: on a Panda whose hand moves at 0.6 m/s, rays through a link whose pose is right within the
 // margin are below 1 % of those that must meet it, and those of a link that is 66 ms late above
 // 20 %.
@@ -152,10 +152,9 @@ void RobotView::Scratch::AddBody(const LinkSurface& surface, int link, const Lin
       kGate_sigma * std::hypot(frame.noise.AxialSigma_m(farthest_m), frame.noise.WarpSigma_m());
   const double motion_m = RelativeSpeed_m_s(surface.bounds_L(), pose.X_WL, pose.V_WL, frame) *
                           (margins.clock_s + late_s + 0.5 * margins.exposure_s);
-  const double slack_m = noise_m + surface.deviation_m();
   const double margin_m =
-      slack_m + motion_m + (is_carried ? margins.carried_m : margins.calibration_m);
-  body.slack_m = static_cast<float>(slack_m);
+      noise_m + motion_m + (is_carried ? margins.carried_m : margins.calibration_m);
+  body.slack_m = static_cast<float>(noise_m);
   body.margin_m = static_cast<float>(margin_m);
   body.bounds = ProjectBox(Padded(surface.bounds_L(), margin_m), body.X_CL, camera,
                            RobotSilhouette::kNearPlane_m);
@@ -182,7 +181,12 @@ void RobotView::Scratch::AddMeasured(const DepthImage& image, const PixelBounds&
 
 void RobotView::Scratch::ClassOutlines(const ClaimFrame& frame, const PixelBounds& bounds,
                                        std::span<std::uint8_t> pixels) const {
-  const bool has_expected = !frame.expected.depth_m.empty();
+  // Without known surfaces, there may be one.
+  const auto is_behind = [&](std::size_t pixel, float near_m) {
+    const float expected_m = frame.expected.At(pixel);
+    return frame.expected.depth_m.empty() ||
+           (expected_m > near_m && expected_m < RobotSilhouette::kNothing_m);
+  };
   for (int v = bounds.v_begin; v < bounds.v_end; ++v) {
     const std::size_t first = static_cast<std::size_t>(v) * frame.camera->width;
     const std::size_t first_cell =
@@ -195,8 +199,7 @@ void RobotView::Scratch::ClassOutlines(const ClaimFrame& frame, const PixelBound
       if (depth_m > 0) {
         const bool is_mixed = depth_m > nearest_m[cell] && !frame.IsExpected(pixel, depth_m);
         if (is_mixed) pixels[pixel] = kMixedClass;
-      } else if (silhouette.body()[cell] >= 0 &&
-                 (!has_expected || frame.expected.At(pixel) > silhouette.near_m()[cell])) {
+      } else if (silhouette.body()[cell] >= 0 && is_behind(pixel, silhouette.near_m()[cell])) {
         pixels[pixel] = kHiddenClass;
       }
     }
