@@ -68,7 +68,10 @@ export function errorOf(end: ViewerCallEnd): CallError {
     code: end.code, name: codeNames[end.code] ?? String(end.code), message: end.message, reason: "", fields: [] };
   if (end.details.length === 0) return error;
   for (const { typeUrl, value } of fromBinary(StatusSchema, end.details).details) {
-    if (typeUrl.endsWith("/google.rpc.ErrorInfo")) error.reason = fromBinary(ErrorInfoSchema, value).reason;
+    if (typeUrl.endsWith("/google.rpc.ErrorInfo")) {
+      const { reason, metadata } = fromBinary(ErrorInfoSchema, value);
+      Object.assign(error, { reason, metadata });
+    }
     if (typeUrl.endsWith("/google.rpc.BadRequest")) {
       error.fields = fromBinary(BadRequestSchema, value).fieldViolations
         .map(({ field, description }) => ({ field, description }));

@@ -29,6 +29,13 @@ export interface FeedListener {
   failed: (error: CallError) => void;
 }
 
+export interface Past { state: WorldState; robots: Map<string, RobotModel>; }
+
+// The server thins the revisions that running sensors make, and names the nearest one of which it has
+// everything.
+const nearestKept = (error: unknown): string | undefined =>
+  error instanceof CallFailure && error.error.reason === "REVISION_COMPACTED" ? error.error.metadata?.["nearest_revision"] : undefined;
+
 export class Feed {
   world: string | undefined;  // undefined: the first world
   readonly model = new WorldModel();
@@ -66,13 +73,20 @@ export class Feed {
     return worlds;
   }
 
-  // The world at a revision. A server that is out of resources is asked again while the answer is
-  // wanted.
-  at(revision: string, isWanted: () => boolean): Promise<{ state: WorldState; robots: Map<string, RobotModel> }> {
-    return withRetries(() => this.readRevision(revision), () => this.isOpen && isWanted());
+  // The world at a revision, or at the nearest one that is still kept. A server that is out of
+  // resources is asked again while the answer is wanted.
+  async at(revision: string, isWanted: () => boolean): Promise<Past> {
+    const read = (at: string): Promise<Past> => withRetries(() => this.readRevision(at), () => this.isOpen && isWanted());
+    try {
+      return await read(revision);
+    } catch (error) {
+      const nearest = nearestKept(error);
+      if (nearest === undefined || nearest === revision || !isWanted()) throw error;
+      return read(nearest);
+    }
   }
 
-  private async readRevision(revision: string): Promise<{ state: WorldState; robots: Map<string, RobotModel> }> {
+  private async readRevision(revision: string): Promise<Past> {
     const at_revision = { exact: revision };
     const world = this.world ?? "";  // even if another one is chosen meanwhile
     const { world_uid } = this.model.state;

@@ -14,6 +14,7 @@ export interface CallError {
   name: string;  // "NOT_FOUND"
   message: string;
   reason: string;
+  metadata?: Record<string, string>;  // of the reason
   fields: { field: string; description: string }[];
 }
 

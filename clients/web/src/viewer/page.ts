@@ -322,6 +322,11 @@ export class Page {
         if (!seen) continue;
         if (this.wantedRevision === undefined || seen.state.world_uid !== this.live.state.world_uid) break;
         this.past = seen;
+        const kept = Number(seen.state.revision);  // the nearest one
+        if (this.wantedRevision === at && kept !== at) {
+          at = this.wantedRevision = kept;
+          this.timeline.showPast(kept);
+        }
         this.sensors.showPast(true);
         this.showClouds();  // none: the scans of that time are no longer kept
         this.show();

@@ -37,6 +37,12 @@ export class Timeline {
     this.paint();
   }
 
+  // A revision that is shown in place of the one that was asked for.
+  showPast(revision: number): void {
+    this.shown = revision;
+    this.paint();
+  }
+
   goLive(): void {
     this.shown = undefined;
     this.paint();
