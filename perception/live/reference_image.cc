@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace cwm::perception {
 namespace {
@@ -24,6 +25,8 @@ constexpr float kPriorFrames = 8;
 constexpr float kPriorShare = 0.2F;
 // chosen: a second at 30 Hz.
 constexpr int kDeviationTurns = 2;
+// chosen: turns of a row between two looks for edges, some two seconds at 30 Hz.
+constexpr int kEdgeTurns = 4;
 // chosen: holes are compared with what is around them, which hardly changes.
 constexpr int kHoleFrames = 64;
 
@@ -45,6 +48,7 @@ ReferenceImage::ReferenceImage(const DepthCamera& camera, const DepthNoise& nois
       frames_(camera.pixel_count(), 0),
       low_m_(camera.pixel_count(), kInfinite_m),
       high_m_(low_m_),
+      is_edge_(camera.pixel_count(), 0),
       deviations_(camera.pixel_count()),
       block_columns_((camera.width + kBlock_px - 1) / kBlock_px),
       hole_low_m_(
@@ -84,7 +88,7 @@ void ReferenceImage::Learn(const Frame& frame) {
   for (int v = 0; v < height_; ++v) {
     const bool is_turn = (frame_ + v) % kTurnFrames == 0;
     if (!is_turn && frame_ >= young_until_[static_cast<std::size_t>(v)]) continue;
-    RefreshGates({.v_begin = v, .u_end = width_, .v_end = v + 1}, frame.expected_m);
+    RefreshRow(v, frame.expected_m, is_turn);
   }
   ++frame_;
 }
@@ -194,8 +198,44 @@ float ReferenceImage::PriorVariance_m2(int u, int v) const {
 
 void ReferenceImage::RefreshGates(const PixelRectangle& pixels, std::span<const float> expected_m) {
   for (int v = pixels.v_begin; v < pixels.v_end; ++v) {
-    for (int u = pixels.u_begin; u < pixels.u_end; ++u) RefreshGate(u, v, expected_m[At(u, v)]);
+    for (int u = pixels.u_begin; u < pixels.u_end; ++u) {
+      is_edge_[At(u, v)] = static_cast<std::uint8_t>(IsEdge(u, v));
+      RefreshGate(u, v, expected_m[At(u, v)]);
+    }
   }
+}
+
+// After a frame was learnt: edges hardly change, so they are looked for again only now and then.
+void ReferenceImage::RefreshRow(int v, std::span<const float> expected_m, bool is_turn) {
+  const bool renews_edges = is_turn && frame_ / kTurnFrames % kEdgeTurns == 0;
+  for (int u = 0; u < width_; ++u) {
+    const std::size_t i = At(u, v);
+    const int frames = frames_[i];
+    if (!is_turn && frames == kMatureFrames) continue;
+    const bool is_new = frames == kUsableFrames || frames == 2 * kUsableFrames;
+    if (renews_edges || is_new) is_edge_[i] = static_cast<std::uint8_t>(IsEdge(u, v));
+    RefreshGate(u, v, expected_m[i]);
+  }
+}
+
+// The mean depth of a pixel; `otherwise_m` outside of the image and where nothing is known.
+float ReferenceImage::MeanOr(int u, int v, float otherwise_m) const {
+  if (u < 0 || u >= width_ || v < 0 || v >= height_) return otherwise_m;
+  const std::size_t i = At(u, v);
+  return frames_[i] == 0 ? otherwise_m : mean_m_[i];
+}
+
+// True if the depth about the pixel is not that of a plane, by its second differences.
+bool ReferenceImage::IsEdge(int u, int v) const {
+  const float center = mean_m_[At(u, v)];
+  const float most = std::max(kMinBend_m, kBend_sigma * noise_.Axial_m(center));
+  for (int step = 1; step <= kEdgeRadius_px; ++step) {
+    for (const auto& [du, dv] : {std::pair(step, 0), {0, step}, {step, step}, {step, -step}}) {
+      const float sides = MeanOr(u - du, v - dv, center) + MeanOr(u + du, v + dv, center);
+      if (std::abs(sides - 2 * center) > most) return true;
+    }
+  }
+  return false;
 }
 
 void ReferenceImage::RefreshGate(int u, int v, float expected_m) {
@@ -209,32 +249,18 @@ void ReferenceImage::RefreshGate(int u, int v, float expected_m) {
     return;
   }
   const float center = mean_m_[i];
-  const auto contains = [&](int du, int dv) {
-    return u + du >= 0 && u + du < width_ && v + dv >= 0 && v + dv < height_;
-  };
-  const auto value = [&](int du, int dv) {  // the pixel's own where nothing is known
-    if (!contains(du, dv)) return center;
-    const std::size_t beside = At(u + du, v + dv);
-    return frames_[beside] == 0 ? center : mean_m_[beside];
-  };
-  float bend = 0;
-  for (int step = 1; step <= kEdgeRadius_px; ++step) {
-    bend = std::max(bend, std::abs(value(-step, 0) + value(step, 0) - 2 * center));
-    bend = std::max(bend, std::abs(value(0, -step) + value(0, step) - 2 * center));
-    bend = std::max(bend, std::abs(value(-step, -step) + value(step, step) - 2 * center));
-    bend = std::max(bend, std::abs(value(-step, step) + value(step, -step) - 2 * center));
-  }
   float low = center;
   float high = center;
-  const float axial_m = noise_.Axial_m(center);
-  if (bend > std::max(kMinBend_m, kBend_sigma * axial_m)) {
+  if (is_edge_[i] != 0) {
     for (int dv = -kEdgeRadius_px; dv <= kEdgeRadius_px; ++dv) {
       for (int du = -kEdgeRadius_px; du <= kEdgeRadius_px; ++du) {
-        low = std::min(low, value(du, dv));
-        high = std::max(high, value(du, dv));
+        const float beside = MeanOr(u + du, v + dv, center);
+        low = std::min(low, beside);
+        high = std::max(high, beside);
       }
     }
   }
+  const float axial_m = noise_.Axial_m(center);
   const float variance = (1 - kPriorShare) * variance_m2_[i] + kPriorShare * axial_m * axial_m;
   const float gain =
       frames_[i] >= kMatureFrames ? kMatureGain : 1.0F / static_cast<float>(frames_[i]);

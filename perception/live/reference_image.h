@@ -61,7 +61,10 @@ class ReferenceImage {
  private:
   void LearnRow(int v, const Frame& frame, bool is_first, bool all_pixels);
   void NoteDeviation(int u, int v, float depth_m);
+  void RefreshRow(int v, std::span<const float> expected_m, bool is_turn);
   void RefreshGate(int u, int v, float expected_m);
+  bool IsEdge(int u, int v) const;
+  float MeanOr(int u, int v, float otherwise_m) const;
   float PriorVariance_m2(int u, int v) const;
   void RefreshHoles();
   std::size_t At(int u, int v) const { return static_cast<std::size_t>(v) * width_ + u; }
@@ -72,6 +75,7 @@ class ReferenceImage {
   std::vector<float> mean_m_, variance_m2_, validity_;
   std::vector<std::uint8_t> frames_;  // learnt, at most kMatureFrames
   std::vector<float> low_m_, high_m_;
+  std::vector<std::uint8_t> is_edge_;
 
   struct Deviation {
     float depth_m = 0;

@@ -60,6 +60,12 @@ struct SensorView::State {
   // Whether the reference of a pixel still holds though another depth or body is expected.
   bool StillHolds(std::size_t i, float depth_m, float expected_now_m) const;
   void MarkChanged(BodyId id);
+  // Whether the view expects the body otherwise than some frames ago: it moves.
+  bool HasJustChanged(BodyId id) const {
+    constexpr int kJust_frames = 10;
+    const auto found = bodies_in_view.find(id);
+    return found != bodies_in_view.end() && found->second.frames_since_change <= kJust_frames;
+  }
   std::vector<BodyEvidence> Evidence(std::span<const KnownBody> bodies, const DepthImage& image,
                                      const FrameClasses& classes, const PixelRays& rays);
   std::shared_ptr<FrameClasses> FreshClasses();
@@ -201,7 +207,8 @@ std::vector<BodyEvidence> SensorView::State::Evidence(std::span<const KnownBody>
   }
   MarkHotBodies(frame_classes, body, evidence);
   for (std::size_t i = 0; i < evidence.size(); ++i) {
-    if (!evidence[i].is_hot || !known_of[i]->IsFollowed()) continue;
+    if (!known_of[i]->IsFollowed()) continue;
+    if (!evidence[i].is_hot && !HasJustChanged(evidence[i].id)) continue;
     evidence[i].points_L = PointsOfBody(evidence[i].id, view, frame, camera, frame_classes, rays);
   }
   return evidence;
@@ -238,7 +245,7 @@ FrameEvidence SensorView::Observe(const SensorFrame& frame, std::span<const Know
   state.is_moving = state.has_frame && !is_same_pose;
   state.has_frame = true;
   state.X_WC = frame.X_WC;
-  if (state.is_moving) state.reference.Forget();
+  if (state.is_moving && !was_moving) state.reference.Forget();
 
   Expect(bodies, frame.X_WC);
   // Tolerances are others while the sensor moves.
@@ -268,8 +275,10 @@ FrameEvidence SensorView::Observe(const SensorFrame& frame, std::span<const Know
   evidence.bodies = state.Evidence(bodies, image, classes, rays);
   evidence.regions = state.regions.Find(image, classes, state.body, rays, frame.stamp, is_still);
 
-  state.reference.Learn(
-      {.depth_m = image.depth_m, .classes = &classes, .expected_m = state.expected_m});
+  if (!state.is_moving) {
+    state.reference.Learn(
+        {.depth_m = image.depth_m, .classes = &classes, .expected_m = state.expected_m});
+  }
   state.image = frame.image;
   return evidence;
 }
