@@ -40,21 +40,6 @@ pb::Pose PoseToProto(const formats::ScenePose& pose) {
   return message;
 }
 
-pb::DepthLayout DepthLayoutOf(const formats::DepthImage& image, const formats::DepthCamera& camera,
-                              std::optional<double> unit_m) {
-  pb::DepthLayout layout;
-  layout.set_type(image.type == formats::Scalar::kU16 ? pb::DEPTH_TYPE_U16 : pb::DEPTH_TYPE_F32);
-  layout.set_width(static_cast<int>(image.width));
-  layout.set_height(static_cast<int>(image.height));
-  layout.set_unit_m(unit_m ? *unit_m : camera.unit_m.value_or(image.unit_m));
-  pb::Pinhole& pinhole = *layout.mutable_pinhole();
-  pinhole.set_fx_px(camera.fx_px);
-  pinhole.set_fy_px(camera.fy_px);
-  pinhole.set_cx_px(camera.cx_px);
-  pinhole.set_cy_px(camera.cy_px);
-  return layout;
-}
-
 absl::StatusOr<pb::SensorFrame> FrameLoader::Load(const formats::SequenceFrame& frame) {
   pb::SensorFrame message;
   if (absl::Status status = LoadImage(frame.path, message); !status.ok()) {

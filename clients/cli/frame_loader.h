@@ -14,11 +14,6 @@ namespace cwm::cli {
 
 cwm::v1::Pose PoseToProto(const formats::ScenePose& pose);
 
-// The layout of the image, whose depths are in the caller's unit, the camera's or its own.
-cwm::v1::DepthLayout DepthLayoutOf(const formats::DepthImage& image,
-                                   const formats::DepthCamera& camera,
-                                   std::optional<double> unit_m);
-
 class FrameLoader {
  public:
   struct Options {

@@ -28,6 +28,8 @@ const std::vector<Column>& Columns() {
                                                {"POINTS", Align::kRight},
                                                {"SIZE"},
                                                {"ON"},
+                                               {"MOTION"},
+                                               {"SEEN"},
                                                {"POSITION m"}};
   return kColumns;
 }
@@ -104,6 +106,12 @@ std::string Position(const pb::Pose& pose) {
                       FormatFixed(pose.tz_m(), 3));
 }
 
+// "at rest" of "at_rest".
+std::string WordsOf(std::string name) {
+  std::replace(name.begin(), name.end(), '_', ' ');
+  return name;
+}
+
 // The lines of an object; the first has its name.
 void AddRows(const LabelledObject& labelled, std::vector<TableRow>& rows) {
   const pb::Object& object = *labelled.object;
@@ -115,7 +123,9 @@ void AddRows(const LabelledObject& labelled, std::vector<TableRow>& rows) {
     rows.push_back({cells, CoefficientText(part)});
   }
   if (const std::string surface = SurfaceText(object); !surface.empty()) {
-    rows.push_back({{"", "", "", surface, "", "", "", "", "", "", ""}});
+    std::vector<std::string> cells = {"", "", "", surface};
+    cells.resize(Columns().size());
+    rows.push_back({cells});
   }
   if (rows.size() == first) rows.push_back({std::vector<std::string>(Columns().size())});
   std::vector<std::string>& cells = rows[first].cells;
@@ -128,7 +138,9 @@ void AddRows(const LabelledObject& labelled, std::vector<TableRow>& rows) {
   if (object.point_count() > 0) cells[7] = absl::StrCat(object.point_count());
   if (object.has_bounds()) cells[8] = FormatSize(object.bounds().box());
   cells[9] = object.has_attachment() ? LinkOf(object.attachment()) : object.supported_by();
-  cells[10] = Position(object.x_world_object());
+  cells[10] = WordsOf(ShortName(object.motion()));
+  cells[11] = WordsOf(ShortName(object.visibility()));
+  cells[12] = Position(object.x_world_object());
 }
 
 void PrintLine(const std::string& name, const std::string& value, std::ostream& out) {
@@ -205,6 +217,19 @@ std::string FormatShape(const pb::ShapePart& part) {
   return "";
 }
 
+std::string FormatFacts(const pb::SensorFacts& facts) {
+  std::vector<std::string> texts;
+  if (facts.motion() != pb::MOTION_UNSPECIFIED) texts.push_back(WordsOf(ShortName(facts.motion())));
+  if (facts.visibility() != pb::VISIBILITY_UNSPECIFIED) {
+    texts.push_back(WordsOf(ShortName(facts.visibility())));
+  }
+  if (facts.has_identity_certain() && !facts.identity_certain()) {
+    texts.emplace_back("identity not certain");
+  }
+  if (!facts.carried_by().empty()) texts.push_back(absl::StrCat("carried by ", facts.carried_by()));
+  return texts.empty() ? "no longer followed" : absl::StrJoin(texts, ", ");
+}
+
 void PrintObjects(const std::vector<LabelledObject>& objects, TableStyle style, std::ostream& out) {
   std::vector<TableRow> rows;
   for (const LabelledObject& object : objects) AddRows(object, rows);
@@ -232,7 +257,13 @@ void PrintObjectDetails(const pb::Object& object, TableStyle style, std::ostream
   PrintLine("uid", object.uid(), out);
   PrintLine("owner", ShortName(object.owner()), out);
   PrintLine("state", ShortName(object.state()), out);
+  PrintLine("motion", WordsOf(ShortName(object.motion())), out);
+  PrintLine("visibility", WordsOf(ShortName(object.visibility())), out);
+  if (object.has_identity_certain() && !object.identity_certain()) {
+    PrintLine("identity", "not certain: it may be another object of the same shape", out);
+  }
   PrintLine("pose", FormatPose(object.x_world_object()), out);
+  PrintLine("carried by", object.carried_by(), out);
   if (object.has_attachment()) {
     PrintLine("attached to", LinkOf(object.attachment()), out);
     PrintLine("pose in link", FormatPose(object.attachment().x_link_object()), out);

@@ -16,6 +16,9 @@ namespace cwm::cli {
 // E.g. "cylinder r 33.1 mm, l 101.0 mm".
 std::string FormatShape(const cwm::v1::ShapePart& part);
 
+// E.g. "moving, visible, carried by panda/panda_hand".
+std::string FormatFacts(const cwm::v1::SensorFacts& facts);
+
 // An object with its label in the labelled cloud; -1: no column of labels.
 struct LabelledObject {
   const cwm::v1::Object* object = nullptr;

@@ -206,6 +206,21 @@ absl::StatusOr<formats::DepthCamera> ReadCameraOf(const std::string& image,
       .fx_px = (*k)[0], .fy_px = (*k)[1], .cx_px = (*k)[2], .cy_px = (*k)[3]};
 }
 
+pb::DepthLayout DepthLayoutOf(const formats::DepthImage& image, const formats::DepthCamera& camera,
+                              std::optional<double> unit_m) {
+  pb::DepthLayout layout;
+  layout.set_type(image.type == formats::Scalar::kU16 ? pb::DEPTH_TYPE_U16 : pb::DEPTH_TYPE_F32);
+  layout.set_width(static_cast<int>(image.width));
+  layout.set_height(static_cast<int>(image.height));
+  layout.set_unit_m(unit_m ? *unit_m : camera.unit_m.value_or(image.unit_m));
+  pb::Pinhole& pinhole = *layout.mutable_pinhole();
+  pinhole.set_fx_px(camera.fx_px);
+  pinhole.set_fy_px(camera.fy_px);
+  pinhole.set_cx_px(camera.cx_px);
+  pinhole.set_cy_px(camera.cy_px);
+  return layout;
+}
+
 absl::StatusOr<formats::CloudFile> ParseScan(std::string_view bytes, const std::string& path,
                                              const ScanArguments& scan,
                                              pb::IngestCloudHeader& header) {
@@ -229,6 +244,23 @@ absl::StatusOr<formats::CloudFile> ParseScan(std::string_view bytes, const std::
   return cloud;
 }
 
+namespace {
+
+// Shows how much of a scan was sent, as parts of `step` bytes, and when the server works on it.
+client::Progress ShowSending(Progress& progress, std::int64_t step, std::int64_t count,
+                             const std::string& unit) {
+  return [&progress, step, count, unit](std::int64_t sent, std::int64_t total) {
+    if (sent >= total) {
+      return progress.ShowStage(absl::StrCat("the server interprets ", count, " ", unit));
+    }
+    Transfer transfer{.action = "sending", .moved_bytes = sent, .total_bytes = total};
+    transfer.detail = FormatCount(transfer, step, unit);
+    progress.Update(transfer);
+  };
+}
+
+}  // namespace
+
 absl::StatusOr<pb::IngestCloudResponse> SendScan(Session& session,
                                                  const pb::IngestCloudHeader& header,
                                                  const formats::CloudFile& cloud,
@@ -238,17 +270,26 @@ absl::StatusOr<pb::IngestCloudResponse> SendScan(Session& session,
   const bool is_placed = header.has_x_world_sensor() || header.has_viewpoint();
   if (!is_placed) WarnAboutViewpoint(session, cloud, file);
   Progress progress(session);
-  const auto show = [&](std::int64_t sent, std::int64_t total) {
-    if (sent >= total) {
-      return progress.ShowStage(
-          absl::StrCat("the server interprets ", geometry->size(), " points"));
-    }
-    Transfer transfer{.action = "sending", .moved_bytes = sent, .total_bytes = total};
-    transfer.detail =
-        FormatCount(transfer, static_cast<std::int64_t>(geometry->point_step), "points");
-    progress.Update(transfer);
-  };
-  return client::IngestCloud(session.connection(), header, *geometry, show);
+  return client::IngestCloud(session.connection(), header, *geometry,
+                             ShowSending(progress, static_cast<std::int64_t>(geometry->point_step),
+                                         geometry->size(), "points"));
+}
+
+absl::StatusOr<pb::IngestCloudResponse> SendDepth(Session& session, pb::IngestCloudHeader header,
+                                                  std::string_view bytes, const std::string& path,
+                                                  const ScanArguments& scan) {
+  const auto camera = ReadCameraOf(path, scan.intrinsics);
+  if (!camera.ok()) return camera.status();
+  const auto image = formats::ReadDepthImage(bytes, path);
+  if (!image.ok()) return image.status();
+  const auto unit_m = scan.scale > 0 ? std::optional(scan.scale) : std::nullopt;
+  *header.mutable_depth() = DepthLayoutOf(*image, *camera, unit_m);
+  header.clear_scale();
+  Progress progress(session);
+  return client::IngestDepth(
+      session.connection(), std::move(header), image->bytes,
+      ShowSending(progress, static_cast<std::int64_t>(formats::SizeOf(image->type)),
+                  image->width * image->height, "pixels"));
 }
 
 absl::Status CheckLabelledName(const std::string& argument, const std::string& path) {

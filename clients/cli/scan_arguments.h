@@ -2,7 +2,9 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include "absl/status/statusor.h"
 #include "clients/cli/session.h"
@@ -37,6 +39,11 @@ absl::StatusOr<cwm::v1::SensorModel> ParseSensorModel(const std::string& text);
 absl::StatusOr<formats::DepthCamera> ReadCameraOf(const std::string& image,
                                                   const std::string& intrinsics);
 
+// The layout of the image, whose depths are in the caller's unit, the camera's or its own.
+cwm::v1::DepthLayout DepthLayoutOf(const formats::DepthImage& image,
+                                   const formats::DepthCamera& camera,
+                                   std::optional<double> unit_m);
+
 // World, frame, scale, sensor pose, up direction and noise. A usage error if they cannot be parsed.
 absl::StatusOr<cwm::v1::IngestCloudHeader> ParseScanHeader(const ScanArguments& scan,
                                                            const Session& session);
@@ -52,6 +59,13 @@ absl::StatusOr<cwm::v1::IngestCloudResponse> SendScan(Session& session,
                                                       const cwm::v1::IngestCloudHeader& header,
                                                       const formats::CloudFile& cloud,
                                                       const std::string& file);
+
+// The same for a depth image as it is, without points.
+absl::StatusOr<cwm::v1::IngestCloudResponse> SendDepth(Session& session,
+                                                       cwm::v1::IngestCloudHeader header,
+                                                       std::string_view bytes,
+                                                       const std::string& path,
+                                                       const ScanArguments& scan);
 
 // A usage error unless the file name ends in .pcd or has no extension.
 absl::Status CheckLabelledName(const std::string& argument, const std::string& path);

@@ -28,6 +28,7 @@ void PrintCounts(const pb::IngestReport& report, std::ostream& out) {
         << ")";
   }
   out << ", " << report.points_rejected() << " rejected\n";
+  if (report.unchanged_view()) out << "the view did not change: nothing was interpreted\n";
   for (const std::string& warning : report.warnings()) out << "warning: " << warning << "\n";
 }
 

@@ -1,5 +1,6 @@
 // cwm watch
 #include <atomic>
+#include <map>
 #include <memory>
 #include <optional>
 #include <ostream>
@@ -44,7 +45,9 @@ void PrintEvent(const pb::ObjectEvent& event, std::int64_t revision, std::ostrea
       return PrintObject(event.put(), revision, "put   ", out);
     case pb::ObjectEvent::kMove:
       out << revision << "  move    " << event.move().name() << "  to "
-          << FormatPose(event.move().x_world_object()) << "\n";
+          << FormatPose(event.move().x_world_object());
+      if (event.motion() == pb::MOTION_MOVING) out << "  moving";
+      out << "\n";
       return;
     case pb::ObjectEvent::kRemove:
       out << revision << "  remove  " << event.remove() << "\n";
@@ -105,6 +108,12 @@ void PrintMessage(const pb::WatchWorldResponse& message, std::ostream& out) {
   }
   for (const pb::PairRule& rule : message.events().pair_rules()) {
     PrintRule(rule, message.revision(), "rule  ", out);
+  }
+  // Of a map, in the order of names.
+  const auto& facts = message.bookmark().facts();
+  for (const auto& [name, told] :
+       std::map<std::string, pb::SensorFacts>(facts.begin(), facts.end())) {
+    out << message.revision() << "  is now  " << name << "  " << FormatFacts(told) << "\n";
   }
 }
 

@@ -57,16 +57,16 @@ absl::Status CheckCoordinate(const CloudFile& cloud, const std::string& name) {
 }
 
 // False if the server has ended the call; its status then has the reason.
-bool Send(const CloudFile& cloud, const Progress& progress,
+bool Send(const std::string& bytes, const Progress& progress,
           grpc::ClientWriter<pb::IngestCloudRequest>& writer) {
-  const auto total = static_cast<std::int64_t>(cloud.bytes.size());
+  const auto total = static_cast<std::int64_t>(bytes.size());
   Sha256 sent;
   for (std::int64_t offset = 0; offset < total; offset += kMaxChunkBytes) {
     pb::IngestCloudRequest request;
     pb::CloudChunk& chunk = *request.mutable_chunk();
     const auto begin = static_cast<std::size_t>(offset);
     chunk.set_offset(offset);
-    chunk.set_data(cloud.bytes.substr(begin, kMaxChunkBytes));
+    chunk.set_data(bytes.substr(begin, kMaxChunkBytes));
     chunk.set_crc32c(Crc32c(chunk.data()));
     sent.Add(chunk.data().data(), chunk.data().size());
     if (!writer.Write(request)) return false;
@@ -75,6 +75,24 @@ bool Send(const CloudFile& cloud, const Progress& progress,
   pb::IngestCloudRequest finish;
   finish.mutable_finish()->set_sha256(sent.Hex());
   return writer.Write(finish) && writer.WritesDone();
+}
+
+// Sends the header and the bytes, and waits for the reply.
+absl::StatusOr<pb::IngestCloudResponse> Upload(const Connection& connection,
+                                               pb::IngestCloudHeader header,
+                                               const std::string& bytes, const Progress& progress) {
+  header.set_total_bytes(static_cast<std::int64_t>(bytes.size()));
+  grpc::ClientContext context;
+  connection.Prepare(context);
+  pb::IngestCloudResponse response;
+  const auto writer = connection.perception().IngestCloud(&context, &response);
+  pb::IngestCloudRequest first;
+  *first.mutable_header() = std::move(header);
+  // A failed write has no reason itself: Finish returns the server's.
+  if (writer->Write(first)) Send(bytes, progress, *writer);
+  const grpc::Status status = writer->Finish();
+  if (!status.ok()) return StatusFromGrpc(status);
+  return response;
 }
 
 }  // namespace
@@ -113,20 +131,16 @@ absl::StatusOr<pb::IngestCloudResponse> IngestCloud(const Connection& connection
   if (!layout.ok()) return layout.status();
   *header.mutable_layout() = *std::move(layout);
   header.set_point_count(cloud.size());
-  header.set_total_bytes(static_cast<std::int64_t>(cloud.bytes.size()));
   header.set_width(static_cast<int>(cloud.width));
   header.set_height(static_cast<int>(cloud.height));
-  grpc::ClientContext context;
-  connection.Prepare(context);
-  pb::IngestCloudResponse response;
-  const auto writer = connection.perception().IngestCloud(&context, &response);
-  pb::IngestCloudRequest first;
-  *first.mutable_header() = std::move(header);
-  // A failed write has no reason itself: Finish returns the server's.
-  if (writer->Write(first)) Send(cloud, progress, *writer);
-  const grpc::Status status = writer->Finish();
-  if (!status.ok()) return StatusFromGrpc(status);
-  return response;
+  return Upload(connection, std::move(header), cloud.bytes, progress);
+}
+
+absl::StatusOr<pb::IngestCloudResponse> IngestDepth(const Connection& connection,
+                                                    pb::IngestCloudHeader header,
+                                                    const std::string& bytes,
+                                                    const Progress& progress) {
+  return Upload(connection, std::move(header), bytes, progress);
 }
 
 absl::StatusOr<std::vector<std::uint32_t>> ReadLabels(const Connection& connection,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -25,6 +26,13 @@ absl::StatusOr<cwm::v1::CloudLayout> LayoutOf(const formats::CloudFile& cloud);
 absl::StatusOr<cwm::v1::IngestCloudResponse> IngestCloud(const Connection& connection,
                                                          cwm::v1::IngestCloudHeader header,
                                                          const formats::CloudFile& cloud,
+                                                         const Progress& progress = {});
+
+// The same for a depth image, whose layout the header has (`depth`) and whose bytes are as
+// formats::DepthImage has them.
+absl::StatusOr<cwm::v1::IngestCloudResponse> IngestDepth(const Connection& connection,
+                                                         cwm::v1::IngestCloudHeader header,
+                                                         const std::string& bytes,
                                                          const Progress& progress = {});
 
 // One label per point, from the reply or fetched by its hash.

@@ -78,6 +78,42 @@ TEST(ObjectTable, ShowsShapeQualitySizeSupportAndCoefficients) {
   EXPECT_THAT(out.str(), Not(HasSubstr("LABEL")));
 }
 
+TEST(ObjectTable, ShowsMotionAndVisibilityWhereObjectsAreFollowed) {
+  google::protobuf::RepeatedPtrField<cwm::v1::Object> objects;
+  cwm::v1::Object& can = *objects.Add();
+  can.set_name("object_1");
+  can.set_kind(cwm::v1::OBJECT_KIND_OBJECT);
+  std::ostringstream still;
+  PrintObjects(objects, TableStyle::kPlain, still);
+  EXPECT_EQ(still.str().find("MOTION"), std::string::npos) << still.str();
+  can.set_motion(cwm::v1::MOTION_AT_REST);
+  can.set_visibility(cwm::v1::VISIBILITY_OCCLUDED);
+  std::ostringstream followed;
+  PrintObjects(objects, TableStyle::kPlain, followed);
+  EXPECT_THAT(followed.str(), HasSubstr("MOTION   SEEN      POSITION m\n"));
+  EXPECT_THAT(followed.str(), HasSubstr("at rest  occluded  0.000 0.000 0.000\n"));
+
+  can.set_identity_certain(false);
+  can.set_carried_by("panda/panda_hand");
+  std::ostringstream details;
+  PrintObjectDetails(can, TableStyle::kPlain, details);
+  EXPECT_THAT(details.str(), HasSubstr("motion        at rest\nvisibility    occluded\n"));
+  EXPECT_THAT(details.str(), HasSubstr("identity      not certain"));
+  EXPECT_THAT(details.str(), HasSubstr("carried by    panda/panda_hand\n"));
+}
+
+TEST(ObjectTable, TellsFactsOfSensorsOnOneLine) {
+  cwm::v1::SensorFacts facts;
+  EXPECT_EQ(FormatFacts(facts), "no longer followed");
+  facts.set_motion(cwm::v1::MOTION_MOVING);
+  facts.set_visibility(cwm::v1::VISIBILITY_VISIBLE);
+  facts.set_identity_certain(true);
+  EXPECT_EQ(FormatFacts(facts), "moving, visible");
+  facts.set_identity_certain(false);
+  facts.set_carried_by("arm/hand");
+  EXPECT_EQ(FormatFacts(facts), "moving, visible, identity not certain, carried by arm/hand");
+}
+
 TEST(ObjectTable, NamesEveryCoefficientOfEveryShape) {
   cwm::v1::Object object;
   const auto add = [&](std::initializer_list<double> coefficients) -> cwm::v1::ShapePart& {

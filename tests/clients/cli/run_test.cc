@@ -114,8 +114,9 @@ TEST(Run, RefusesToWriteALabelledCloudUnderTheNameOfAnotherFormat) {
 }
 
 TEST(Run, NamesTheWordsThatAnOptionTakes) {
-  EXPECT_THAT(RunWith({"objects", "--kind", "spoon"}).err,
-              HasSubstr("--kind: \"spoon\" must be object, residual, support, unseen or user\n"));
+  EXPECT_THAT(
+      RunWith({"objects", "--kind", "spoon"}).err,
+      HasSubstr("--kind: \"spoon\" must be mover, object, residual, support, unseen or user\n"));
   EXPECT_THAT(RunWith({"objects", "-o", "xml"}).err,
               HasSubstr("\"xml\" must be json, ndjson or table\n"));
   // Numbers are not accepted as names of enum values.
