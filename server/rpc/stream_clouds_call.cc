@@ -12,7 +12,7 @@
 namespace cwm::server {
 namespace {
 
-constexpr char kMethod[] = "/cwm.v1.PerceptionService/StreamClouds";
+constexpr char kStreamClouds[] = "/cwm.v1.PerceptionService/StreamClouds";
 
 // chosen: a client that does not read its answers is not read from either; each has a few hundred
 // bytes.
@@ -92,7 +92,7 @@ void StreamCloudsCall::FinishIfOver() {
   is_over_ = true;
   status = DrainingIfStopped(status, runtime_);
   if (!status.ok()) {
-    runtime_.log.Refused(kMethod, status.code(), DetailsOf(status).reason, client_);
+    runtime_.log.Refused(kStreamClouds, status.code(), DetailsOf(status).reason, client_);
   }
   Finish(ToGrpcStatus(status));
 }
