@@ -150,7 +150,8 @@ void MeasureRobotLatency(Report& report);
 // The Python client beside the C++ client, with the same batches: python_batch_ratio.
 void MeasurePython(Report& report);
 
-// The viewer's page in a browser: viewer_frame_cpu_ms, viewer_draw_calls, viewer_update_ms.
+// The viewer's page in a browser: viewer_frame_cpu_ms, viewer_draw_calls, viewer_update_ms,
+// viewer_live_frame_cpu_ms, viewer_live_pictures_hz.
 void MeasureViewer(Report& report);
 
 // The Panda's 59 given spheres in the same problems: panda_core_us, panda_core_mismatches.

@@ -1,5 +1,5 @@
-// The viewer's page in a browser, with 2 000 objects: a script under Node measures, and this
-// program reports.
+// The viewer's page in a browser, with 2 000 objects, and with 20 that move beside a running sensor:
+// a script under Node measures, and this program reports.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -61,6 +61,23 @@ void MeasureViewer(Report& report) {
               .how = std::string(kWhere) +
                      "from before the command line is started to move one of them until the "
                      "page has issued the drawing, nothing else being drawn, median of 9"});
+  constexpr char kLive[] =
+      "the page in the same browser while 20 objects move 30 times a second and a running sensor "
+      "of 20 000 points sends 10 frames a second; ";
+  report.Add({.key = "viewer_live_frame_cpu_ms",
+              .value = found.value("live_frame_cpu_ms", 0.0),
+              .unit = "ms",
+              .how = std::string(kLive) + "time of the page's script in a frame, median"});
+  report.Add({.key = "viewer_live_pictures_hz",
+              .value = found.value("live_pictures_hz", 0.0),
+              .unit = "1/s",
+              .how = std::string(kLive) +
+                     "pictures a second, bounded by the software that draws; the page got " +
+                     std::to_string(std::lround(found.value("live_updates_hz", 0.0))) +
+                     " states and drew " +
+                     std::to_string(std::lround(found.value("live_frames_hz", 0.0))) +
+                     " frames of " + std::to_string(std::lround(found.value("live_points", 0.0))) +
+                     " points a second"});
 }
 
 }  // namespace cwm::benchmarks

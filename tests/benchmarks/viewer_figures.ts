@@ -1,9 +1,11 @@
-// Measures the viewer's page with 2 000 objects and writes the figures as JSON into the file that
-// CWM_FIGURES names.
+// Measures the viewer's page with 2 000 objects, and with what moves and a running sensor, and writes
+// the figures as JSON into the file that CWM_FIGURES names.
 import { writeFileSync } from "node:fs";
+import { join } from "node:path";
 import type { Browser } from "playwright-core";
+import { GrpcCaller } from "../e2e/viewer/grpc_caller";
 import { openBrowser, OpenedPage } from "../e2e/viewer/opened_page";
-import { RunningServer, until } from "../e2e/viewer/running_server";
+import { pause, RunningServer, until } from "../e2e/viewer/running_server";
 
 const objectCount = 2000;
 const turns = 40;
@@ -91,9 +93,75 @@ async function move(server: RunningServer, page: OpenedPage): Promise<number[]> 
   return times_ms;
 }
 
-async function measure(): Promise<object> {
+const movingCount = 20;
+const moveRate_hz = 30;
+const movingTime_ms = 10_000;
+
+// A camera that sees something all over its picture, so that frames have as many points as are shown.
+const script = `
+scene: kitchen
+duration_s: 2
+sensors:
+  - {name: camera, rate_hz: 10}
+`;
+
+const putMoving = (): object[] => Array.from({ length: movingCount }, (_, i) => ({ put: { object: {
+  name: `thing_${i}`, shapes: [shapes[i % shapes.length]],
+  x_world_object: { tx_m: (i % 5) / 3, ty_m: -3 - Math.floor(i / 5) / 3, tz_m: 0.2, qx: 0, qy: 0, qz: 0, qw: 1 } } } }));
+
+// Moves all things together until the time is over.
+async function keepMoving(caller: GrpcCaller): Promise<void> {
+  for (const began_ms = Date.now(); Date.now() < began_ms + movingTime_ms; await pause(1000 / moveRate_hz)) {
+    const turn_rad = (Date.now() - began_ms) / 1000;
+    await caller.applyChanges({ world: "default", changes: Array.from({ length: movingCount }, (_, i) => ({ what: {
+      case: "move" as const, value: { name: `thing_${i}`, xWorldObject: {
+        txM: (i % 5) / 3, tyM: -3 - Math.floor(i / 5) / 3, tzM: 0.2 + 0.1 * Math.sin(turn_rad + i),
+        qz: Math.sin(turn_rad), qw: Math.cos(turn_rad) } } } })) });
+  }
+}
+
+// 20 objects that move 30 times a second beside 20 000 points of a running sensor, 10 times a second.
+async function measureLive(browser: Browser): Promise<object> {
   const server = new RunningServer();
+  try {
+    const folder = await server.simulate(script);
+    await server.start();
+    await server.apply(putMoving());
+    const page = await OpenedPage.open(browser, server.url);
+    await page.settle(1);
+    const streamed = server.cwm("stream", join(folder, "camera"), "--realtime", "--quiet", "--loop", "12");
+    await until("the sensor was listed", async () => (await page.facts()).sensors === 1);
+    await page.page.keyboard.press("v");
+    await until("its points were shown", async () => (await page.facts()).live_points > 0);
+    const caller = new GrpcCaller(server.socketPath);
+    const before = await page.facts();
+    await keepMoving(caller);
+    const after = await page.facts();
+    caller.close();
+    const seconds = movingTime_ms / 1000;
+    const figures = {
+      live_frame_cpu_ms: median(after.script_times_ms), live_pictures_hz: (after.frames - before.frames) / seconds,
+      live_updates_hz: (after.updates - before.updates) / seconds, live_frames_hz: (after.live_frames - before.live_frames) / seconds,
+      live_points: after.live_points };
+    await page.close();
+    await streamed;
+    return figures;
+  } finally {
+    await server.close();
+  }
+}
+
+async function measure(): Promise<object> {
   const browser = await openBrowser();
+  try {
+    return { ...await measureMany(browser), ...await measureLive(browser) };
+  } finally {
+    await browser.close();
+  }
+}
+
+async function measureMany(browser: Browser): Promise<object> {
+  const server = new RunningServer();
   try {
     await server.start();
     await server.apply(putAll());
@@ -103,10 +171,11 @@ async function measure(): Promise<object> {
     await page.settle(1);
     const frame_cpu_ms = median(await turn(page));
     const { draw_calls } = await page.facts();
+    const update_ms = median(await move(server, page));
+    await page.close();
     return { frame_cpu_ms, draw_calls, first_picture_ms: median(first.map(({ issued_ms }) => issued_ms)),
-             first_picture_finished_ms: median(first.map(({ finished_ms }) => finished_ms)), update_ms: median(await move(server, page)) };
+             first_picture_finished_ms: median(first.map(({ finished_ms }) => finished_ms)), update_ms };
   } finally {
-    await browser.close();
     await server.close();
   }
 }

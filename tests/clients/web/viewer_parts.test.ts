@@ -9,6 +9,7 @@ import { hiddenParts, partsOf, type Part } from "../../../clients/web/src/viewer
 import { MeshBatch } from "../../../clients/web/src/viewer/draw/mesh_batch";
 import { ShapeBatch } from "../../../clients/web/src/viewer/draw/shape_batch";
 import { WorldView, type DrawnObject } from "../../../clients/web/src/viewer/draw/world_view";
+import { SceneObjectList } from "../../../clients/web/src/viewer/scene_objects";
 import { backOff_ms } from "../../../clients/web/src/viewer/messages";
 import { objectColors } from "../../../clients/web/src/scene/palette";
 import type { ShapeOneOf, ShapePart, WorldObject } from "../../../clients/web/src/world/types";
@@ -59,6 +60,31 @@ test("the top of a support was measured, its body completed", () => {
 test("unseen space looks like nothing else", () => {
   const [part] = partsOf(objectOf([{ box: { size_x_m: 1, size_y_m: 1, size_z_m: 1 } }], { kind: "OBJECT_KIND_UNSEEN" }));
   assert.equal(part?.appearance, "unseen");
+});
+
+test("a mover is translucent, and what is out of sight striped where it was measured", () => {
+  const box = { box: { size_x_m: 1, size_y_m: 1, size_z_m: 1 } };
+  assert.deepEqual(partsOf(objectOf([box, box], { kind: "OBJECT_KIND_MOVER" })).map(({ appearance }) => appearance), ["mover", "mover"]);
+  const stale = objectOf([box, box], { visibility: "VISIBILITY_STALE" });
+  (stale.shapes[1] as ShapePart).role = "PART_ROLE_COMPLETED";
+  assert.deepEqual(partsOf(stale).map(({ appearance }) => appearance), ["stale", "completed"]);
+});
+
+test("a move and what sensors say change no part, but for stripes", () => {
+  const list = new SceneObjectList();
+  const object = objectOf([{ sphere: { radius_m: 0.1 } }], { visibility: "VISIBILITY_VISIBLE" });
+  const drawnOf = (now: WorldObject): DrawnObject => {
+    list.update({ world_uid: "w", revision: "1", objects: new Map([[now.name, now]]), robots: new Map(), rules: new Map() }, new Map());
+    return list.byName.get(now.name)?.drawn ?? assert.fail("it is not listed");
+  };
+  const first = drawnOf(object);
+  const moved = drawnOf({ ...object, pose_revision: "2", motion: "MOTION_MOVING", x_world_object: { tx_m: 1, ty_m: 0, tz_m: 0, qx: 0, qy: 0, qz: 0, qw: 1 } });
+  assert.equal(moved.parts, first.parts);
+  assert.equal(moved.shape, first.shape);
+  const hidden = drawnOf({ ...object, visibility: "VISIBILITY_OCCLUDED" });
+  assert.deepEqual([hidden.parts === first.parts, hidden.shape === first.shape, hidden.color === first.color], [true, true, false]);
+  const stale = drawnOf({ ...object, visibility: "VISIBILITY_STALE" });
+  assert.notEqual(stale.shape, first.shape);
 });
 
 test("instances stay with their owners when others go and when there are many", () => {
@@ -144,7 +170,7 @@ function cubeAt(name: string, x: number, role: "PART_ROLE_FITTED" | "PART_ROLE_C
            parts: partsOf(object).map((part) => ({ frame: 0, part })) };
 }
 
-test("what was completed is pointed at as what was measured is; unseen space lets through", () => {
+test("what was completed is pointed at as what was measured is; unseen space and movers let through", () => {
   const view = new WorldView(new MeshLibrary(assert.fail), () => undefined);
   const ray = new Raycaster(new Vector3(-5, 0, 0), new Vector3(1, 0, 0));
   const show = (...objects: DrawnObject[]): void => view.sync(new Map(objects.map((object) => [object.name, object])));
@@ -152,6 +178,8 @@ test("what was completed is pointed at as what was measured is; unseen space let
   show(back, cubeAt("hatched", 1, "PART_ROLE_COMPLETED"));
   assert.equal(view.pick(ray)?.owner, "hatched");
   show(back, cubeAt("dotted", 0, "PART_ROLE_FITTED", "OBJECT_KIND_UNSEEN"));
+  assert.equal(view.pick(ray)?.owner, "back");
+  show(back, cubeAt("hand", 1, "PART_ROLE_FITTED", "OBJECT_KIND_MOVER"));
   assert.equal(view.pick(ray)?.owner, "back");
   show(cubeAt("dotted", 0, "PART_ROLE_FITTED", "OBJECT_KIND_UNSEEN"));
   assert.equal(view.pick(ray)?.owner, "dotted");

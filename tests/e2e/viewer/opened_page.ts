@@ -23,6 +23,10 @@ export interface Facts {
   first_picture_ms: number;
   last_update_ms: number;
   cloud_points: number;
+  live_points: number;
+  live_frames: number;
+  sensors: number;
+  picture_latency: { server_ms: number; way_ms: number; page_ms: number } | null;
   is_live: boolean;
   selected: string;
   grasps: number;

@@ -89,11 +89,20 @@ export class RunningServer {
     await this.cwm("ingest", cloud, "--x-world-sensor", pose.trim());
   }
 
+  // Renders the sequence of a script; returns its folder, with one for each sensor.
+  async simulate(script: string): Promise<string> {
+    const folder = join(this.folder, "sequence");
+    await run(program("cwm-simulator"), ["--script", this.write("script.yaml", script), "--out", folder], { maxBuffer: 1 << 28 });
+    return folder;
+  }
+
   write(name: string, text: string): string {
     const path = join(this.folder, name);
     writeFileSync(path, text);
     return path;
   }
 
-  private get address(): string { return `unix:${join(this.folder, "cwm.sock")}`; }
+  get socketPath(): string { return join(this.folder, "cwm.sock"); }
+
+  private get address(): string { return `unix:${this.socketPath}`; }
 }

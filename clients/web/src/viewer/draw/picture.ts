@@ -227,7 +227,10 @@ export class Picture {
     return [{ text: sceneObject.name, at, kind: "name" }];
   }
 
-  private names(): Label[] { return this.sceneObjects.filter(({ kind }) => kind !== "unseen").flatMap((sceneObject) => this.labelOf(sceneObject)); }
+  // Movers have no identity.
+  private names(): Label[] {
+    return this.sceneObjects.filter(({ kind }) => kind !== "unseen" && kind !== "mover").flatMap((sceneObject) => this.labelOf(sceneObject));
+  }
 
   private nameOfSelected(): Label[] { return this.selected ? this.labelOf(this.selected) : []; }
 }

@@ -27,6 +27,9 @@ interface Drawn { value: DrawnObject; placed: Placed[]; isGone: boolean; }
 // The order of drawing: translucent appearances come last.
 const renderOrder: Record<Appearance, number> = { solid: 0, stale: 0, completed: 1, mover: 2, unseen: 3, ghost: 4 };
 
+// The distance by which what one sees through is put behind everything else when it is pointed at.
+const seenThrough: Partial<Record<Appearance, number>> = { ghost: 1e3, mover: 1e3, unseen: 2e6 };
+
 // The triangles of one of a plate's two groups.
 function plateFace(plate: Plate, face: "top" | "rest"): BufferGeometry {
   const whole = plateGeometry(plate);
@@ -83,12 +86,12 @@ export class WorldView {
   }
 
   // The name of the first object that the ray hits. Completed parts can be picked like measured
-  // ones; query bodies and unseen space only if nothing else is hit.
+  // ones; query bodies, movers and unseen space only if nothing else is hit.
   pick(raycaster: Raycaster): Hit<string> | undefined {
     let nearest: Hit<string> | undefined;
     for (const batch of [...this.shapes.values(), ...this.meshes.values()]) {
       for (const { owner, distance } of batch.hits(raycaster)) {
-        const behind = owner.part.appearance === "unseen" ? 2e6 : owner.part.appearance === "ghost" ? 1e3 : 0;
+        const behind = seenThrough[owner.part.appearance] ?? 0;
         if (distance + behind < (nearest?.distance ?? Infinity)) nearest = { owner: owner.drawnObject.value.name, distance: distance + behind };
       }
     }
