@@ -8,6 +8,7 @@
 #include "server/rpc/call.h"
 #include "server/rpc/load_robot_call.h"
 #include "server/rpc/robot_pages.h"
+#include "server/rpc/robot_states_call.h"
 #include "server/rpc/start_query.h"
 #include "server/rpc/unary_methods.h"
 #include "server/wire/objects.h"
@@ -63,6 +64,11 @@ absl::Status GetLinks(const Runtime& runtime, const v1::GetRobotLinksRequest& re
 grpc::ServerReadReactor<grpc::ByteBuffer>* RobotService::LoadRobot(
     grpc::CallbackServerContext* context, grpc::ByteBuffer* response) {
   return LoadRobotCall::Start(std::make_shared<LoadRobotCall>(context, runtime_, response));
+}
+
+grpc::ServerReadReactor<grpc::ByteBuffer>* RobotService::StreamRobotStates(
+    grpc::CallbackServerContext* context, grpc::ByteBuffer* response) {
+  return RobotStatesCall::Start(std::make_shared<RobotStatesCall>(context, runtime_, response));
 }
 
 grpc::ServerUnaryReactor* RobotService::ListRobots(grpc::CallbackServerContext* context,

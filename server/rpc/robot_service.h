@@ -11,7 +11,9 @@ using RawRobotService = v1::RobotService::WithRawCallbackMethod_ListRobots<
     v1::RobotService::WithRawCallbackMethod_GetRobotLinks<
         v1::RobotService::WithRawCallbackMethod_GetLinkPoses<
             v1::RobotService::WithRawCallbackMethod_DeleteRobot<
-                v1::RobotService::WithRawCallbackMethod_LoadRobot<v1::RobotService::Service>>>>>;
+                v1::RobotService::WithRawCallbackMethod_LoadRobot<
+                    v1::RobotService::WithRawCallbackMethod_StreamRobotStates<
+                        v1::RobotService::Service>>>>>>;
 
 class RobotService final : public RawRobotService {
  public:
@@ -19,6 +21,8 @@ class RobotService final : public RawRobotService {
 
   grpc::ServerReadReactor<grpc::ByteBuffer>* LoadRobot(grpc::CallbackServerContext* context,
                                                        grpc::ByteBuffer* response) override;
+  grpc::ServerReadReactor<grpc::ByteBuffer>* StreamRobotStates(grpc::CallbackServerContext* context,
+                                                               grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ListRobots(grpc::CallbackServerContext* context,
                                        const grpc::ByteBuffer* request,
                                        grpc::ByteBuffer* response) override;

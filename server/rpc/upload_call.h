@@ -64,6 +64,26 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
   // or nullptr. It returns true if the call is done.
   virtual std::function<absl::StatusOr<bool>()> LookUp() { return nullptr; }
 
+  // Ends the call for this reason, from any thread, unless it is over.
+  void End(absl::Status status) {
+    status = DrainingIfStopped(std::move(status), runtime_);
+    {
+      const std::lock_guard lock(mutex_);
+      if (std::exchange(is_over_, true)) return;
+    }
+    is_reading_ = false;
+    grpc::Status serialized;
+    if (status.ok()) {
+      status = RunGuarded(
+          [&](const CallContext&) {
+            serialized = SerializeResponse(response_, reply_);
+            return absl::OkStatus();
+          },
+          call_);
+    }
+    this->Finish(status.ok() ? serialized : ToGrpcStatus(status));
+  }
+
   Runtime& runtime_;
   std::stop_source stop_;
   const OpenCalls::Token open_{runtime_.open_calls, stop_};
@@ -181,25 +201,6 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
     return MakeError(absl::StatusCode::kDeadlineExceeded,
                      absl::StrCat("upload: nothing came for ", limit_s, " s"),
                      {.reason = "UPLOAD_STALLED"});
-  }
-
-  void End(absl::Status status) {
-    status = DrainingIfStopped(std::move(status), runtime_);
-    {
-      const std::lock_guard lock(mutex_);
-      if (std::exchange(is_over_, true)) return;
-    }
-    is_reading_ = false;
-    grpc::Status serialized;
-    if (status.ok()) {
-      status = RunGuarded(
-          [&](const CallContext&) {
-            serialized = SerializeResponse(response_, reply_);
-            return absl::OkStatus();
-          },
-          call_);
-    }
-    this->Finish(status.ok() ? serialized : ToGrpcStatus(status));
   }
 
   bool IsOver() {

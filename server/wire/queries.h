@@ -123,6 +123,11 @@ absl::StatusOr<PoseQuery> PoseQueryFromProto(const v1::SolvePosesRequest& reques
 // The batch with poses and seeds, which refer to the query, and the states for verdicts.
 collision::PoseBatch BatchOf(const PoseQuery& query);
 collision::JointRows JointRowsOf(const RobotRows& states);
+// Sets the rows of `states`, whose other members are set: at most `max_rows`; without data the base
+// is the one row. Refuses another width, values and quaternions that are no state, and rows that
+// put a link out of range.
+absl::Status ReadJointRows(const v1::JointRows& rows, std::int64_t max_rows, const FieldPath& path,
+                           WorkBudget* budget, RobotRows& states);
 
 // The links whose poses are asked for, by index; all of them, in the order of the URDF, if none is
 // named.

@@ -323,6 +323,14 @@ absl::Status CheckRange(const RobotRows& states, const FieldPath& path, WorkBudg
 
 }  // namespace
 
+absl::Status ReadJointRows(const v1::JointRows& rows, std::int64_t max_rows, const FieldPath& path,
+                           WorkBudget* budget, RobotRows& states) {
+  auto read = RowsFromProto(rows, states, max_rows, path);
+  if (!read.ok()) return read.status();
+  states.rows = *std::move(read);
+  return CheckRange(states, path, budget);
+}
+
 absl::StatusOr<StateQuery> RobotQueryFromProto(const v1::RobotSubject& subject,
                                                const QuerySource& source, const FieldPath& path) {
   if (auto status = CheckName(subject.robot(), path.Field("robot")); !status.ok()) return status;
@@ -352,11 +360,8 @@ absl::StatusOr<StateQuery> RobotQueryFromProto(const v1::RobotSubject& subject,
   auto base = BaseFromProto(subject.base_state(), *states.robot, path.Field("base_state"));
   if (!base.ok()) return base.status();
   states.base = *std::move(base);
-  auto rows =
-      RowsFromProto(subject.rows(), states, source.limits.max_batch_rows, path.Field("rows"));
-  if (!rows.ok()) return rows.status();
-  states.rows = *std::move(rows);
-  status = CheckRange(states, path.Field("rows"), source.budget);
+  status = ReadJointRows(subject.rows(), source.limits.max_batch_rows, path.Field("rows"),
+                         source.budget, states);
   if (!status.ok()) return status;
   return StateQuery{collision::RestrictBody(*std::move(body), source.only), std::move(states)};
 }
