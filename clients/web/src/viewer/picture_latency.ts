@@ -4,8 +4,9 @@
 
 export interface LatencyParts { server_ms: number; way_ms: number; page_ms: number; }
 
-// chosen: a number that can be read changes slowly; the mean of about the last ten pictures.
-const share = 0.1;
+// chosen: a number that can be read changes slowly, and one slow picture is none of it; the median of
+// so many pictures.
+const keptPictures = 15;
 
 // chosen: the least of so many calls, since a busy page takes longer to see an answer, not to get it.
 const keptWays = 10;
@@ -14,7 +15,7 @@ export class PictureLatency {
   private received_ms: number | undefined;  // of the oldest message whose picture is not begun yet
   private drawing_ms: number | undefined;   // that of the picture being drawn
   private server_ms = 0;
-  private page_ms: number | undefined;
+  private pages_ms: number[] = [];
   private ways_ms: number[] = [];
 
   // A message came that will be drawn.
@@ -28,8 +29,7 @@ export class PictureLatency {
 
   drawn(at_ms: number): void {
     if (this.drawing_ms === undefined) return;
-    const page_ms = Math.max(0, at_ms - this.drawing_ms);
-    this.page_ms = this.page_ms === undefined ? page_ms : this.page_ms + share * (page_ms - this.page_ms);
+    this.pages_ms = [...this.pages_ms, Math.max(0, at_ms - this.drawing_ms)].slice(-keptPictures);
     this.drawing_ms = undefined;
   }
 
@@ -39,12 +39,14 @@ export class PictureLatency {
   called(thereAndBack_ms: number): void { this.ways_ms = [...this.ways_ms, thereAndBack_ms / 2].slice(-keptWays); }
 
   reset(): void {
-    this.received_ms = this.drawing_ms = this.page_ms = undefined;
+    this.received_ms = this.drawing_ms = undefined;
+    this.pages_ms = [];
   }
 
   // Undefined until something was drawn.
   parts(): LatencyParts | undefined {
-    if (this.page_ms === undefined) return undefined;
-    return { server_ms: this.server_ms, way_ms: this.ways_ms.length === 0 ? 0 : Math.min(...this.ways_ms), page_ms: this.page_ms };
+    const page_ms = [...this.pages_ms].sort((a, b) => a - b)[Math.floor(this.pages_ms.length / 2)];
+    if (page_ms === undefined) return undefined;
+    return { server_ms: this.server_ms, way_ms: this.ways_ms.length === 0 ? 0 : Math.min(...this.ways_ms), page_ms };
   }
 }

@@ -20,7 +20,7 @@ export const pixelClasses: readonly PixelClass[] = [
   { key: "robot", color: "#7e57c2", meaning: "the robot" },
   { key: "carried", color: "#00a08a", meaning: "what the robot carries" },
   { key: "mixed", color: "#c9a100", meaning: "at the outline of the robot: neither geometry nor free space" },
-  { key: "hidden", color: "#5d4037", meaning: "a known surface behind the robot or a mover" },
+  { key: "hidden", color: "#8d6e63", meaning: "a known surface behind the robot or a mover" },
 ];
 
 export const sumOf = (counts: PixelCounts): number => pixelClasses.reduce((sum, { key }) => sum + Number(counts[key]), 0);

@@ -18,7 +18,7 @@ export function latencyText({ latency_p50_ms, latency_p95_ms, processed_count }:
 export function shareText(key: keyof PixelCounts, frames: readonly PixelCounts[]): string {
   const total = frames.reduce((sum, counts) => sum + sumOf(counts), 0);
   const own = frames.reduce((sum, counts) => sum + Number(counts[key]), 0);
-  return total === 0 ? "" : `${percent(own / total)} %`;
+  return total === 0 ? "" : `${percent(own / total, own / total < 0.0995 ? 1 : 0)} %`;
 }
 
 // Frames of which the world has nothing.
