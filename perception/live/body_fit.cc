@@ -19,6 +19,8 @@ constexpr int kLeastHits = 12;
 constexpr double kLeastExplained = 0.5;
 // measured: rays that pass a surface at its ragged outline are at most a fifth of those that see it.
 constexpr double kLeastScore = 0.6;
+// chosen: scores that differ by less are equal: some samples at the outline flicker.
+constexpr double kScoreNoise = 0.05;
 // chosen: a pose replaces another of equal score only if the points lie nearer by this share.
 constexpr double kCloser = 0.8;
 
@@ -94,24 +96,48 @@ double LargestShift_m(const BodySurface& body, const Pose& X_WB, const Pose& X_W
   return largest_m;
 }
 
-std::optional<Pose> FitPose(const FrameEvidence& frame, const BodyEvidence& evidence,
-                            const BodySurface& body, const Pose& X_WB_old, const Pose& X_WB_guess) {
-  const std::vector<Eigen::Vector3f>& points_L = evidence.points_L;
+bool PlacedSurface::Explains(const Vector3& p_L, double within_m) const {
+  const auto nearest = surface->surface().Nearest(X_LB.inverse() * p_L, within_m);
+  return nearest && nearest->signed_distance_m <= within_m;
+}
+
+std::vector<Eigen::Vector3f> OwnPoints(const BodyEvidence& evidence,
+                                       std::span<const PlacedSurface> supports, double within_m) {
+  std::vector<Eigen::Vector3f> own = evidence.points_L;
+  std::erase_if(own, [&](const Eigen::Vector3f& p) {
+    return std::ranges::any_of(supports, [&](const PlacedSurface& support) {
+      return support.Explains(p.cast<double>(), within_m);
+    });
+  });
+  return own;
+}
+
+std::optional<Pose> FitPose(const FrameEvidence& frame,
+                            const std::vector<Eigen::Vector3f>& points_L, const BodySurface& body,
+                            const Pose& X_WB_old, const Pose& X_WB_guess, FitFor purpose) {
   if (points_L.size() < kTwoSamples) return std::nullopt;
   const double gate_m = FitGate_m(frame, X_WB_guess);
-  const Pose X_LB = Align(points_L, body.surface(), InLevelFrame(frame, X_WB_guess), gate_m);
-  if (ExplainedShare(points_L, body.surface(), X_LB, gate_m) < kLeastExplained) {
-    return std::nullopt;
-  }
+  const Pose X_LB_shifted =
+      AlignTranslation(points_L, body.surface(), InLevelFrame(frame, X_WB_guess), gate_m);
+  const Pose X_LB = Align(points_L, body.surface(), X_LB_shifted, gate_m);
+  const double share = ExplainedShare(points_L, body.surface(), X_LB, gate_m);
+  if (share < kLeastExplained) return std::nullopt;
   Pose X_WB = X_LB;
   X_WB.translation() += frame.X_WC.translation();
   const PoseScore score = ScoreOf(frame, body, X_WB);
-  const PoseScore old = ScoreOf(frame, body, X_WB_old);
   if (score.hit < kLeastHits || score.value() < kLeastScore) return std::nullopt;
-  if (score.value() > old.value()) return X_WB;
+  const PoseScore old = ScoreOf(frame, body, X_WB_old);
+  if (purpose == FitFor::kGoOn) {
+    if (score.value() < old.value() - kScoreNoise) return std::nullopt;
+    return X_WB;
+  }
+  if (score.value() < old.value()) return std::nullopt;
+  if (score.value() > old.value() + kScoreNoise) return X_WB;
+  const Pose X_LB_old = InLevelFrame(frame, X_WB_old);
+  const double old_share = ExplainedShare(points_L, body.surface(), X_LB_old, gate_m);
   const double distance_m = MeanDistance_m(points_L, body.surface(), X_LB);
-  const double old_m = MeanDistance_m(points_L, body.surface(), InLevelFrame(frame, X_WB_old));
-  if (score.value() < old.value() || distance_m > kCloser * old_m) return std::nullopt;
+  const double old_m = MeanDistance_m(points_L, body.surface(), X_LB_old);
+  if (share < old_share || distance_m > kCloser * old_m) return std::nullopt;
   return X_WB;
 }
 

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "perception/live/frame_evidence.h"
@@ -48,9 +49,29 @@ double LargestShift_m(const BodySurface& body, const Pose& X_WB, const Pose& X_W
 // three standard deviations of noise and warp.
 double FitGate_m(const FrameEvidence& frame, const Pose& X_WB);
 
-// Aligns the body with its points, from the guess. Empty if the frame does not confirm the aligned
-// pose: few points lie on it, or rays pass through it, or the pose `X_WB_old` agrees as well.
-std::optional<Pose> FitPose(const FrameEvidence& frame, const BodyEvidence& evidence,
-                            const BodySurface& body, const Pose& X_WB_old, const Pose& X_WB_guess);
+// A surface at its place in the level frame L of a frame.
+struct PlacedSurface {
+  std::shared_ptr<const BodySurface> surface = {};
+  Pose X_LB = Pose::Identity();
+
+  // True if the point lies on the surface or inside of it, within the distance.
+  bool Explains(const Vector3& p_L, double within_m) const;
+};
+
+// The points of the evidence that none of the supports explains.
+std::vector<Eigen::Vector3f> OwnPoints(const BodyEvidence& evidence,
+                                       std::span<const PlacedSurface> supports, double within_m);
+
+// What a fit must show.
+enum class FitFor {
+  kStart,  // that the body moved: it agrees better with the frame than the old pose does
+  kGoOn    // that it agrees with the frame
+};
+
+// Aligns the body with its own points, from the guess. Empty if the frame does not confirm the
+// aligned pose: few points lie on it, or rays pass through it.
+std::optional<Pose> FitPose(const FrameEvidence& frame,
+                            const std::vector<Eigen::Vector3f>& points_L, const BodySurface& body,
+                            const Pose& X_WB_old, const Pose& X_WB_guess, FitFor purpose);
 
 }  // namespace cwm::perception

@@ -94,6 +94,7 @@ struct SensorView::State {
   std::vector<KnownPose> poses;   // by ascending id
   std::vector<PixelRectangle> changed;
   std::map<BodyId, BodyView> bodies_in_view;
+  BodyId last_changed = kNoBody;  // by MarkChanged, in this frame
 };
 
 std::vector<BodyId> SensorView::State::MovedBodies(std::span<const KnownBody> bodies) const {
@@ -108,7 +109,9 @@ std::vector<BodyId> SensorView::State::MovedBodies(std::span<const KnownBody> bo
 }
 
 void SensorView::State::MarkChanged(BodyId id) {
-  if (id != kNoBody) bodies_in_view[id].frames_since_change = 0;
+  if (id == last_changed || id == kNoBody) return;  // most neighbours are of one body
+  last_changed = id;
+  bodies_in_view[id].frames_since_change = 0;
 }
 
 bool SensorView::State::StillHolds(std::size_t i, float depth_m, float expected_now_m) const {
@@ -142,6 +145,7 @@ void SensorView::State::ChangePixel(std::size_t i, float depth_m, std::span<cons
 
 void SensorView::State::TakeExpected(std::span<const KnownBody> bodies, const DepthImage& frame,
                                      const RobotMask& robots) {
+  last_changed = kNoBody;
   if (changed.empty()) return;
   const std::vector<BodyId> moved = MovedBodies(bodies);
   for (const PixelRectangle& rectangle : changed) {
@@ -209,7 +213,8 @@ std::vector<BodyEvidence> SensorView::State::Evidence(std::span<const KnownBody>
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     if (!known_of[i]->IsFollowed()) continue;
     if (!evidence[i].is_hot && !HasJustChanged(evidence[i].id)) continue;
-    evidence[i].points_L = PointsOfBody(evidence[i].id, view, frame, camera, frame_classes, rays);
+    evidence[i].points_L = PointsOfBody(evidence[i].id, evidence[i].expected, view, frame, camera,
+                                        frame_classes, rays);
   }
   return evidence;
 }
@@ -287,6 +292,7 @@ void SensorView::Accept(std::span<const std::int32_t> blocks) {
   State& state = *state_;
   if (state.image == nullptr || state.is_moving) return;
   const FrameClasses& classes = *state.classes;
+  state.last_changed = kNoBody;
   for (const std::int32_t block : blocks) {
     if (block < 0 || static_cast<std::size_t>(block) >= classes.hot_blocks.size()) continue;
     const PixelRectangle pixels = Grown({.u_begin = block % classes.block_columns * kBlock_px,

@@ -39,14 +39,19 @@ constexpr double kUndetermined_m = 0.005;
 constexpr double kLeastShift_m = 0.001;
 
 constexpr double kLeastPublished_m = 0.0003;  // chosen: of a body that moves
-// chosen: rays through so many pixels show that a body is not where it was.
-constexpr int kLeastFarther_px = 12;
-constexpr double kLeastFartherShare = 0.03;
+// chosen: so many pixels that differ may show that a body is not where it was.
+constexpr int kLeastChanged_px = 12;
+constexpr double kLeastChangedShare = 0.03;
 
 constexpr double kSettled_mps = 0.005;  // chosen, with kRotation: a hand holds still less well
 constexpr double kRotation_radps = 0.05;
 constexpr milliseconds kSettling{150};
 constexpr milliseconds kSpeedWindow{200};
+
+// chosen: a body that left all views while it moved is not where it was seen last. Behind something
+// it may be, for as long as others kept such things (Rusu, Sucan et al. 2009: 30 s).
+constexpr milliseconds kMaxLost{1000};
+constexpr milliseconds kMaxHidden{30'000};
 
 double Seconds(Stamp::duration time) { return std::chrono::duration<double>(time).count(); }
 
@@ -188,11 +193,13 @@ std::optional<Pose> TrackedBody::Follow(Stamp stamp, const Pose& X_WB,
     return Rest();
   }
   if (!fit || facts_.motion != Motion::kMoving) return std::nullopt;
+  if (LargestShift_m(*surface_, X_WB, *fit) < kLeastPublished_m) return std::nullopt;
   return fit;
 }
 
 TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyEvidence& evidence,
-                                         const KnownBody& body) {
+                                         const KnownBody& body,
+                                         std::span<const PlacedSurface> supports, bool is_touched) {
   if (surface_ == nullptr || &surface_->model() != body.model.get()) {
     *this = TrackedBody();
     surface_ = std::make_shared<const BodySurface>(body.model);
@@ -203,11 +210,14 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
   const bool follows_poses = body.kind == KnownBody::Kind::kObject;
   std::optional<Pose> fit;
   const int visible = evidence.consistent + evidence.farther;
-  const bool is_displaced =
-      evidence.farther >= std::max<double>(kLeastFarther_px, kLeastFartherShare * visible);
-  if (follows_poses && evidence.is_hot && (is_displaced || !rests())) {
-    fit = FitPose(frame, evidence, *surface_, body.X_WB, Predicted(frame.stamp, body.X_WB));
-    if (fit && LargestShift_m(*surface_, body.X_WB, *fit) < kLeastPublished_m) fit.reset();
+  const double least_px = std::max<double>(kLeastChanged_px, kLeastChangedShare * visible);
+  // What is in front never pulls a pose, unless it can only be the body itself.
+  const bool is_nearer = !is_touched && evidence.nearer >= least_px;
+  const bool is_displaced = evidence.is_hot && (evidence.farther >= least_px || is_nearer);
+  if (follows_poses && (is_displaced || !rests())) {
+    const double within_m = FitGate_m(frame, body.X_WB);
+    fit = FitPose(frame, OwnPoints(evidence, supports, within_m), *surface_, body.X_WB,
+                  Predicted(frame.stamp, body.X_WB), rests() ? FitFor::kStart : FitFor::kGoOn);
   }
   Outcome outcome;
   if (!rests()) {
@@ -218,18 +228,32 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
     facts_.motion = Motion::kMoving;
     poses_.assign({{frame.stamp, *fit}});
     outcome.X_WB = fit;
-  } else if (follows_poses && !evidence.is_hot) {
+  } else if (follows_poses && !is_touched) {
     outcome.X_WB = SmallShift(frame, evidence, body, sensor);
   }
-  if (!outcome.X_WB) outcome.is_gone = IsGone(evidence, frame.stamp, sensor);
+  if (!outcome.X_WB) {
+    outcome.is_gone = IsGone(evidence, frame.stamp, sensor) || IsLostForLong(frame.stamp);
+  }
   return outcome;
 }
 
-void TrackedBody::OutOfView(const FrameEvidence& frame) {
+bool TrackedBody::IsLostForLong(Stamp stamp) {
+  if (facts_.visibility != Visibility::kLost) {
+    lost_since_.reset();
+    return false;
+  }
+  if (!lost_since_) lost_since_ = stamp;
+  const bool is_hidden = std::ranges::any_of(
+      sensors_, [](const auto& entry) { return entry.second.visibility == Visibility::kOccluded; });
+  return stamp - *lost_since_ >= (is_hidden ? kMaxHidden : kMaxLost);
+}
+
+TrackedBody::Outcome TrackedBody::OutOfView(const FrameEvidence& frame) {
   const auto sensor = sensors_.find(frame.sensor);
-  if (sensor == sensors_.end()) return;
+  if (sensor == sensors_.end()) return {};
   sensor->second.visibility = Visibility::kStale;
   JoinVisibility();
+  return {.is_gone = IsLostForLong(frame.stamp)};
 }
 
 void TrackedBody::ForgetSensor(const std::string& sensor) {

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "perception/live/body_fit.h"
@@ -18,19 +19,20 @@ class TrackedBody {
  public:
   struct Outcome {
     std::optional<Pose> X_WB = {};  // the pose to publish
-    bool is_gone = false;           // rays pass through its place
+    bool is_gone = false;  // rays pass through its place, or it moved and was not seen for long
   };
 
-  // Takes the evidence of one frame about the body as the world holds it.
-  Outcome Update(const FrameEvidence& frame, const BodyEvidence& evidence, const KnownBody& body);
+  // Takes the evidence of one frame about the body as the world holds it. Points on the supports are
+  // not of the body. `is_touched`: something else may be at the body, such as a finger.
+  Outcome Update(const FrameEvidence& frame, const BodyEvidence& evidence, const KnownBody& body,
+                 std::span<const PlacedSurface> supports, bool is_touched);
   // The frame's view does not contain the body.
-  void OutOfView(const FrameEvidence& frame);
+  Outcome OutOfView(const FrameEvidence& frame);
   void ForgetSensor(const std::string& sensor);
 
   const TrackedFacts& facts() const { return facts_; }
-  // Where the body is now, to the tracker's knowledge, and its surface; null before the first
-  // Update.
-  const BodySurface* surface() const { return surface_.get(); }
+  // Null before the first Update.
+  const std::shared_ptr<const BodySurface>& surface() const { return surface_; }
   bool rests() const { return facts_.motion == Motion::kAtRest; }
 
  private:
@@ -47,6 +49,7 @@ class TrackedBody {
   };
 
   bool IsGone(const BodyEvidence& evidence, Stamp stamp, SensorEvidence& sensor);
+  bool IsLostForLong(Stamp stamp);
   std::optional<Pose> SmallShift(const FrameEvidence& frame, const BodyEvidence& evidence,
                                  const KnownBody& body, SensorEvidence& sensor) const;
   Pose Predicted(Stamp stamp, const Pose& X_WB) const;
@@ -60,6 +63,7 @@ class TrackedBody {
   std::shared_ptr<const BodySurface> surface_;
   std::deque<StampedPose> poses_;  // of the last moments of a motion, oldest first
   Stamp settles_since_ = {};
+  std::optional<Stamp> lost_since_ = {};
 };
 
 }  // namespace cwm::perception

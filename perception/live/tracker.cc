@@ -9,6 +9,7 @@
 #include "perception/live/mover_pieces.h"
 #include "perception/live/tracked_body.h"
 #include "perception/live/tracked_regions.h"
+#include "perception/track/alignment.h"
 #include "perception/track/scan_evidence.h"
 
 namespace cwm::perception {
@@ -48,11 +49,43 @@ void ForgetMissing(std::map<BodyId, TrackedBody>& tracked, std::span<const Known
   std::erase_if(tracked, [&](const auto& entry) { return !known.contains(entry.first); });
 }
 
-// The moved bodies at the poses that this frame gives them.
-struct PlacedSurface {
-  const BodySurface* surface = nullptr;
-  Pose X_LB = Pose::Identity();
-};
+PlacedSurface Placed(const FrameEvidence& frame, std::shared_ptr<const BodySurface> surface,
+                     Pose X_WB) {
+  X_WB.translation() -= frame.X_WC.translation();
+  return {std::move(surface), X_WB};
+}
+
+// The supports that were tracked before.
+std::vector<PlacedSurface> Supports(const FrameEvidence& frame, std::span<const KnownBody> bodies,
+                                    const std::map<BodyId, TrackedBody>& tracked) {
+  std::vector<PlacedSurface> supports;
+  for (const KnownBody& body : bodies) {
+    if (body.kind != KnownBody::Kind::kSupport) continue;
+    const auto found = tracked.find(body.id);
+    if (found == tracked.end() || found->second.surface() == nullptr) continue;
+    supports.push_back(Placed(frame, found->second.surface(), body.X_WB));
+  }
+  return supports;
+}
+
+// Whether a hot region at the body has points that are too far from it to be its own.
+bool IsTouched(const FrameEvidence& frame, const BodyEvidence& evidence, const KnownBody& body,
+               const std::shared_ptr<const BodySurface>& surface) {
+  if (!evidence.is_hot) return false;
+  if (surface == nullptr) return true;
+  const PlacedSurface placed = Placed(frame, surface, body.X_WB);
+  for (const HotRegion& region : frame.regions) {
+    if (!std::ranges::binary_search(region.bodies, body.id)) continue;
+    std::size_t own = 0;
+    for (const Eigen::Vector3f& p : region.points_L) {
+      own += placed.Explains(p.cast<double>(), kAlignmentReach_m) ? 1 : 0;
+    }
+    if (static_cast<double>(own) < kMainShare * static_cast<double>(region.points_L.size())) {
+      return true;
+    }
+  }
+  return false;
+}
 
 // The points of regions that no moved body explains.
 PointLists UnexplainedPoints(const FrameEvidence& frame, const std::vector<PlacedSurface>& moved) {
@@ -62,9 +95,7 @@ PointLists UnexplainedPoints(const FrameEvidence& frame, const std::vector<Place
     for (const PlacedSurface& body : moved) {
       std::erase_if(left, [&](const Eigen::Vector3f& p) {
         const Vector3 p_L = p.cast<double>();
-        const double within_m = ExplainedWithin_m(frame.noise.AxialSigma_m(p_L.norm()));
-        const auto nearest = body.surface->surface().Nearest(body.X_LB.inverse() * p_L, within_m);
-        return nearest && nearest->signed_distance_m <= within_m;
+        return body.Explains(p_L, ExplainedWithin_m(frame.noise.AxialSigma_m(p_L.norm())));
       });
     }
     if (left.size() >= kLeastMover_points) lists.push_back(std::move(left));
@@ -109,6 +140,7 @@ StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> 
   result.requests = sensor.regions.RequestView(frame);
   if (!sensor.regions.knows_view()) return result;  // all is new until the view was interpreted
 
+  const std::vector<PlacedSurface> supports = Supports(frame, bodies, state_->bodies);
   std::vector<PlacedSurface> moved;
   std::set<BodyId> expected;
   for (const BodyEvidence& evidence : frame.bodies) {
@@ -117,15 +149,15 @@ StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> 
     expected.insert(body->id);
     TrackedBody& tracked = state_->bodies[body->id];
     const TrackedFacts before = tracked.facts();
-    const TrackedBody::Outcome outcome = tracked.Update(frame, evidence, *body);
+    const bool is_touched = IsTouched(frame, evidence, *body, tracked.surface());
+    const TrackedBody::Outcome outcome =
+        tracked.Update(frame, evidence, *body, supports, is_touched);
     if (outcome.X_WB) {
       result.changes.push_back(
           {.kind = TrackChange::Kind::kMove, .body = body->id, .X_WB = *outcome.X_WB});
     }
     if (outcome.X_WB || !tracked.rests()) {
-      Pose X_LB = outcome.X_WB.value_or(body->X_WB);
-      X_LB.translation() -= frame.X_WC.translation();
-      moved.push_back({tracked.surface(), X_LB});
+      moved.push_back(Placed(frame, tracked.surface(), outcome.X_WB.value_or(body->X_WB)));
     }
     if (outcome.is_gone && body->kind != KnownBody::Kind::kSupport) {
       result.changes.push_back({.kind = TrackChange::Kind::kRemove, .body = body->id});
@@ -135,7 +167,9 @@ StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> 
   for (auto& [id, tracked] : state_->bodies) {
     if (expected.contains(id)) continue;
     const TrackedFacts before = tracked.facts();
-    tracked.OutOfView(frame);
+    if (tracked.OutOfView(frame).is_gone) {
+      result.changes.push_back({.kind = TrackChange::Kind::kRemove, .body = id});
+    }
     if (tracked.facts() != before) result.facts_changed.push_back(id);
   }
   std::vector<RegionRequest> rested = sensor.regions.RequestRested(frame, [this](BodyId id) {

@@ -1,6 +1,7 @@
 #include "perception/track/alignment.h"
 #include "perception/cloud/decompositions.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -89,8 +90,12 @@ double MeanDistance_m(const std::vector<Eigen::Vector3f>& points_L, const ModelS
   return sum_m / static_cast<double>(points_L.size());
 }
 
-Pose Align(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
-           const Pose& X_LO_guess, double gate_m) {
+namespace {
+
+enum class Freedom { kTranslation, kAll };
+
+Pose AlignWith(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
+               const Pose& X_LO_guess, double gate_m, Freedom freedom) {
   if (points_L.empty()) return X_LO_guess;
   const Lever lever = LeverOf(points_L);
   Pose X_LO = X_LO_guess;
@@ -99,12 +104,29 @@ Pose Align(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& sur
     const Normals sums = Linearise(points_L, surface, X_LO, lever, current_gate_m);
     if (!(sums.weight > 0)) return X_LO;
     const Matrix6 damped = sums.information + kDamping * sums.weight * Matrix6::Identity();
-    const Vector6 step = SolveSymmetric(damped, sums.pull);
+    Vector6 step = Vector6::Zero();
+    if (freedom == Freedom::kAll) {
+      step = SolveSymmetric(damped, sums.pull);
+    } else {
+      step.head<3>() = damped.topLeftCorner<3, 3>().ldlt().solve(sums.pull.head<3>());
+    }
     X_LO = Moved(X_LO, step, lever);
     if (current_gate_m <= gate_m && step.norm() < kConverged_m) return X_LO;
     current_gate_m = std::max(gate_m, kGateShrink * current_gate_m);
   }
   return X_LO;
+}
+
+}  // namespace
+
+Pose Align(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
+           const Pose& X_LO_guess, double gate_m) {
+  return AlignWith(points_L, surface, X_LO_guess, gate_m, Freedom::kAll);
+}
+
+Pose AlignTranslation(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
+                      const Pose& X_LO_guess, double gate_m) {
+  return AlignWith(points_L, surface, X_LO_guess, gate_m, Freedom::kTranslation);
 }
 
 }  // namespace cwm::perception

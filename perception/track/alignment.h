@@ -23,4 +23,9 @@ double MeanDistance_m(const std::vector<Eigen::Vector3f>& points_L, const ModelS
 Pose Align(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
            const Pose& X_LO_guess, double gate_m);
 
+// The same for translations alone: the orientation stays. Before Align it keeps a motion from being
+// taken for a turn that the points do not determine (a ball that rolls or slides).
+Pose AlignTranslation(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
+                      const Pose& X_LO_guess, double gate_m);
+
 }  // namespace cwm::perception
