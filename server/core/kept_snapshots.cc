@@ -87,7 +87,7 @@ void KeptSnapshots::EndLeases(Clock::time_point now, std::vector<SnapshotPtr>& d
   if (leased_count_ == 0) return;
   for (std::size_t i = kept_.size(); i-- > 0;) {
     const auto each = kept_.begin() + static_cast<std::ptrdiff_t>(i);
-    if (each->only_leased && each->used < now - retention_.lease_time) Drop(each, dropped);
+    if (each->only_leased && !IsLeased(*each, now)) Drop(each, dropped);
   }
 }
 
@@ -137,10 +137,18 @@ KeptSnapshots::Iterator KeptSnapshots::NextToFall(Clock::time_point now) {
   return oldest;
 }
 
+// A snapshot that is held costs nothing more if it is kept as well, and whoever holds it is about to
+// tell somebody of it, who then has half of the time at least.
+bool KeptSnapshots::IsLeased(Kept& kept, Clock::time_point now) const {
+  const bool is_fresh = kept.used >= now - retention_.lease_time / 2;
+  if (!is_fresh && kept.snapshot.use_count() > 1) kept.used = now;
+  return kept.used >= now - retention_.lease_time;
+}
+
 void KeptSnapshots::Shrink(Clock::time_point now, std::vector<SnapshotPtr>& dropped) {
   const auto let_fall = [&] {
     const Iterator which = NextToFall(now);
-    if (which->used < now - retention_.lease_time) return Drop(which, dropped);
+    if (!IsLeased(*which, now)) return Drop(which, dropped);
     CountBytes(*which, -1);
     which->only_leased = true;
     CountBytes(*which, 1);

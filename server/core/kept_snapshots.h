@@ -18,7 +18,8 @@ namespace cwm::server {
 // than ten a second, exactly these are kept. Else those of the last second are kept, of the ten
 // seconds before them the first of each tenth of a second, and of the time before that the first of
 // each second; the oldest fall when nothing else is left to thin. Leases change nothing of that:
-// one that would fall is kept for as long as it is leased.
+// one that would fall is kept for as long as it is leased. One that somebody holds when it would
+// fall, such as a query that is being answered, counts as used then.
 class KeptSnapshots {
  public:
   // The cost of a revision, for the limits of memory.
@@ -75,6 +76,7 @@ class KeptSnapshots {
   std::int64_t MaxCount(Clock::time_point now) const;
   bool IsSlow() const;
   Iterator NextToFall(Clock::time_point now);
+  bool IsLeased(Kept& kept, Clock::time_point now) const;
   void Shrink(Clock::time_point now, std::vector<SnapshotPtr>& dropped);
   void ShrinkLeased(std::vector<SnapshotPtr>& dropped);
   void Drop(Iterator which, std::vector<SnapshotPtr>& dropped);

@@ -119,14 +119,16 @@ TEST_F(WatchTest, CoalescedTellsAnObjectThatWasMadeAnew) {
 }
 
 TEST_F(WatchTest, ResumesAfterAnyKeptRevisionInBothModes) {
-  std::vector<SnapshotPtr> at = {world.Snapshot()};
+  // Copies, since a snapshot that is held is also kept.
+  const auto copy = [&] { return std::make_shared<collision::WorldSnapshot>(*world.Snapshot()); };
+  std::vector<SnapshotPtr> at = {copy()};
   for (int i = 1; i <= 8; ++i) {
     if (i % 3 == 0) {
       Write({Remove("o1"), Put(absl::StrCat("x", i))});
     } else {
       Write({Put(absl::StrCat("o", i % 2), i)});
     }
-    at.push_back(world.Snapshot());
+    at.push_back(copy());
   }
   const Revision oldest = world.oldest_watch();
   EXPECT_LT(oldest, world.oldest_exact()) << "some have no snapshot any more, only events";

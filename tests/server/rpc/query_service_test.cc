@@ -401,6 +401,7 @@ class FewSnapshotsTest : public RunningServer {
     Retention retention;
     retention.exact_snapshots = 2;
     retention.recent_snapshots = 0;
+    retention.leased_snapshots = 0;
     retention.recent_time = std::chrono::hours(1);  // so that none is thinned
     return retention;
   }
