@@ -17,7 +17,7 @@ constexpr float kGrazing_cos = 0.17F;
 constexpr float kMinValidity = 0.5F;
 
 constexpr float kNearOutline_m = 0.03F;  // see BodyEvidence::points_L
-// chosen: the distance from the outline is measured in cells of this edge.
+// chosen: the distance from the outline is measured in cells of this edge at least.
 constexpr int kOutlineCell_px = 4;
 
 std::size_t PixelIndex(int u, int v, int width) { return static_cast<std::size_t>(v) * width + u; }
@@ -160,13 +160,14 @@ namespace {
 class OutlineDistance {
  public:
   OutlineDistance(BodyId id, const std::vector<BodyId>& body, const PixelRectangle& within,
-                  int width)
+                  int width, int stride)
       : origin_(within),
-        columns_((within.u_end - within.u_begin) / kOutlineCell_px + 1),
-        rows_((within.v_end - within.v_begin) / kOutlineCell_px + 1),
+        cell_px_(std::max(kOutlineCell_px, stride)),
+        columns_((within.u_end - within.u_begin) / cell_px_ + 1),
+        rows_((within.v_end - within.v_begin) / cell_px_ + 1),
         distance_(static_cast<std::size_t>(columns_) * rows_, kFar) {
-    for (int v = within.v_begin; v < within.v_end; ++v) {
-      for (int u = within.u_begin; u < within.u_end; ++u) {
+    for (int v = within.v_begin; v < within.v_end; v += stride) {
+      for (int u = within.u_begin; u < within.u_end; u += stride) {
         if (body[PixelIndex(u, v, width)] == id) distance_[Cell(u, v)] = 0;
       }
     }
@@ -184,7 +185,7 @@ class OutlineDistance {
   }
 
   float Distance_px(int u, int v) const {
-    return static_cast<float>(distance_[Cell(u, v)]) * kOutlineCell_px / 3;
+    return static_cast<float>(distance_[Cell(u, v)]) * static_cast<float>(cell_px_) / 3;
   }
 
  private:
@@ -204,11 +205,12 @@ class OutlineDistance {
   }
 
   std::size_t Cell(int u, int v) const {
-    return static_cast<std::size_t>((v - origin_.v_begin) / kOutlineCell_px) * columns_ +
-           static_cast<std::size_t>((u - origin_.u_begin) / kOutlineCell_px);
+    return static_cast<std::size_t>((v - origin_.v_begin) / cell_px_) * columns_ +
+           static_cast<std::size_t>((u - origin_.u_begin) / cell_px_);
   }
 
   PixelRectangle origin_;
+  int cell_px_;
   int columns_;
   int rows_;
   std::vector<int> distance_;
@@ -216,14 +218,17 @@ class OutlineDistance {
 
 }  // namespace
 
-std::vector<Eigen::Vector3f> PointsOfBody(BodyId id, const ExpectedView& view,
+std::vector<Eigen::Vector3f> PointsOfBody(BodyId id, int seen_pixels, const ExpectedView& view,
                                           const DepthImage& image, const DepthCamera& camera,
                                           const FrameClasses& classes, const PixelRays& rays) {
+  // Enough of a large body's pixels for a choice of kMaxBodyPoints.
+  const int stride = std::max(
+      1, static_cast<int>(std::sqrt(static_cast<double>(seen_pixels) / (4 * kMaxBodyPoints))));
   const PixelRectangle bounds = view.BoundsOf(id);
   float nearest_m = std::numeric_limits<float>::infinity();
   float farthest_m = 0;
-  for (int v = bounds.v_begin; v < bounds.v_end; ++v) {
-    for (int u = bounds.u_begin; u < bounds.u_end; ++u) {
+  for (int v = bounds.v_begin; v < bounds.v_end; v += stride) {
+    for (int u = bounds.u_begin; u < bounds.u_end; u += stride) {
       const std::size_t i = PixelIndex(u, v, camera.width);
       if (view.body()[i] != id) continue;
       nearest_m = std::min(nearest_m, view.depth_m()[i]);
@@ -237,10 +242,10 @@ std::vector<Eigen::Vector3f> PointsOfBody(BodyId id, const ExpectedView& view,
                                    kNearOutline_m * focal_px / nearest_m);
   const PixelRectangle around =
       Grown(bounds, static_cast<int>(std::ceil(margin_px)), camera.width, camera.height);
-  const OutlineDistance outline(id, view.body(), around, camera.width);
+  const OutlineDistance outline(id, view.body(), around, camera.width, stride);
   std::vector<std::int32_t> pixels;
-  for (int v = around.v_begin; v < around.v_end; ++v) {
-    for (int u = around.u_begin; u < around.u_end; ++u) {
+  for (int v = around.v_begin; v < around.v_end; v += stride) {
+    for (int u = around.u_begin; u < around.u_end; u += stride) {
       const std::size_t i = PixelIndex(u, v, camera.width);
       const PixelClass pixel = classes.pixels[i];
       const float z = image.depth_m[i];
