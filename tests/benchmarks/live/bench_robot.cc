@@ -60,7 +60,8 @@ std::vector<double> StateOf(const collision::RobotModel& model,
 }
 
 absl::StatusOr<BenchRobot> ReadPanda(const collision::testing::PandaFiles& files) {
-  BenchRobot robot{.name = "panda", .urdf = files.urdf, .srdf = files.srdf};
+  BenchRobot robot{
+      .name = "panda", .urdf = files.urdf, .srdf = files.srdf, .spheres = files.spherized_urdf};
   for (const std::string& uri : formats::CollisionMeshUris(files.urdf)) {
     auto bytes = files.meshes(uri);
     if (!bytes.ok()) return bytes.status();
@@ -157,6 +158,7 @@ absl::Status LoadBenchRobot(const client::Connection& connection, const std::str
   header.set_name(robot.name);
   header.set_urdf(robot.urdf);
   if (!robot.srdf.empty()) header.set_srdf(robot.srdf);
+  if (!robot.spheres.empty()) header.set_spheres(robot.spheres);
   SetPose(RobotBase(), header.mutable_x_world_base());
   for (std::size_t i = 0; i < state.size(); ++i) {
     v1::VariableValue& value = *header.mutable_initial_state()->add_values();

@@ -17,7 +17,8 @@ namespace cwm::benchmarks {
 struct BenchRobot {
   std::string name;
   std::string urdf;
-  std::string srdf = {};  // may be empty
+  std::string srdf = {};     // may be empty
+  std::string spheres = {};  // the URDF of its spheres; may be empty
   std::vector<client::RobotFile> meshes = {};
   std::shared_ptr<const collision::RobotModel> model = {};
   std::vector<double> ready = {};  // by variable: the hand in front, above a table

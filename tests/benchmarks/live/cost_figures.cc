@@ -84,24 +84,6 @@ std::string StagesOf(const std::vector<FrameAnswer>& answers, std::size_t first)
   return text;
 }
 
-// The thing in the middle of the front row goes 10 cm towards the sensor and back, at 5 cm/s.
-SequenceScript PushedThing(double duration_s) {
-  constexpr double kWay_m = 0.08, kStroke_s = 2;
-  SequenceScript script = TableScript({.duration_s = duration_s});
-  const std::size_t thing = kFirstThing + 2;
-  const Pose home = script.scene.objects[thing].X_WO;
-  bool is_home = true;
-  for (double begin_s = kSettle_s; begin_s + kStroke_s <= duration_s; begin_s += kStroke_s) {
-    const Pose target = is_home ? MakeTranslation(-kWay_m, 0, 0) * home : home;
-    script.events.push_back({.object = thing,
-                             .begin_s = begin_s,
-                             .end_s = begin_s + kStroke_s,
-                             .what = perception::MoveEvent{.X_WO = target}});
-    is_home = !is_home;
-  }
-  return script;
-}
-
 // A board that faces the sensor, 0.7 m before it, and waves sideways; it covers this share of the
 // image.
 SequenceScript WavingBoard(double share, double duration_s) {
@@ -132,24 +114,6 @@ SequenceScript WavingBoard(double share, double duration_s) {
     sign = -sign;
   }
   return script;
-}
-
-// Milliseconds from the last byte of each frame that made a revision to the answer of a query that
-// sees it.
-std::vector<double> ChangeTimes_ms(const std::vector<FrameAnswer>& answers, std::size_t first,
-                                   const RevisionProbe& probe) {
-  std::vector<double> times_ms;
-  std::int64_t newest = first > 0 ? answers[first - 1].response.revision() : 0;
-  for (std::size_t i = first; i < answers.size(); ++i) {
-    const FrameAnswer& answer = answers[i];
-    if (!answer.is_processed() || answer.response.revision() <= newest) continue;
-    newest = answer.response.revision();
-    const bool has_change = answer.response.changes().moved_size() > 0;
-    const auto seen = probe.SeenAt(newest);
-    if (!has_change || !seen) continue;
-    times_ms.push_back(std::chrono::duration<double, std::milli>(*seen - answer.sent).count());
-  }
-  return times_ms;
 }
 
 // Processor milliseconds of the server a frame at this share of changed pixels; the share of the
@@ -306,7 +270,7 @@ void MeasureStaticRevisions(Report& report) {
 void MeasureLiveChange(Report& report) {
   constexpr double kMeasured_s = 20;
   Yardstick_ms(report);
-  const SequenceRenderer renderer(PushedThing(kSettle_s + kMeasured_s));
+  const SequenceRenderer renderer(PushedThing(kSettle_s, kSettle_s + kMeasured_s));
   auto frames = RenderFrames(renderer, 0, 0, static_cast<int>((kSettle_s + kMeasured_s) * 30));
   LiveWorld world;
   if (!world.up()) return report.Fail("the server does not come up");

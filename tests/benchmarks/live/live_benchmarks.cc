@@ -7,7 +7,12 @@ const std::vector<std::pair<std::string, std::function<void(Report&)>>>& LivePar
       {"yardstick", MeasureLiveYardstick},
       {"change", MeasureLiveChange},
       {"static", MeasureLiveStatic},
-      {"cpu", MeasureLiveCpu}};
+      {"cpu", MeasureLiveCpu},
+      {"load", MeasureLiveLoad},
+      {"truth", MeasureLiveTruth},
+      {"hand", MeasureLiveHand},
+      {"arm", MeasureLiveArm},
+      {"real", MeasureLiveReal}};
   return parts;
 }
 

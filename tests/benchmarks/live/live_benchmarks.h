@@ -29,6 +29,27 @@ void MeasureLiveStatic(Report& report);
 // 200 known objects live_cpu_known_ratio.
 void MeasureLiveCpu(Report& report);
 
+// Things that jump, vanish and come back, against the truth: live_notice_ms_added, _removed,
+// _moved_20, _moved_5, _moved_2, live_rest_error_mm, live_rest_error_p95_mm, live_rest_jitter,
+// live_false_changes, live_id_switches, live_names_kept.
+void MeasureLiveTruth(Report& report);
+
+// A hand that takes, puts and pushes things: live_movers_covered, live_movers_excess,
+// live_movers_gone_ms, live_movers_shapes, live_hand_false_changes.
+void MeasureLiveHand(Report& report);
+
+// A robot whose hand sweeps over the things: live_arm_frames, live_arm_things_kept,
+// live_false_removals_hidden.
+void MeasureLiveArm(Report& report);
+
+// Three sensors beside queries and writes: live_three_sensors_p95_ms, live_query_p99_ratio,
+// live_put_p99_ms.
+void MeasureLiveLoad(Report& report);
+
+// Real sequences, where CWM_DATA has them: live_static_revisions_real, live_false_changes_real,
+// live_real_inserted, live_moving_camera_changes.
+void MeasureLiveReal(Report& report);
+
 // The parts by the names by which they can be measured alone.
 const std::vector<std::pair<std::string, std::function<void(Report&)>>>& LiveParts();
 // All of them.

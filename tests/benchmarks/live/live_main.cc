@@ -13,7 +13,8 @@
 namespace {
 
 constexpr char kUsage[] =
-    "cwm-bench-live [all|yardstick|change|static|cpu] [--server PROGRAM] [--json FILE]\n"
+    "cwm-bench-live [all|yardstick|change|static|cpu|load|truth|hand|arm|real]\n"
+    "               [--server PROGRAM] [--json FILE]\n"
     "--server measures another cwm-server than the one beside this program.\n";
 
 }  // namespace

@@ -25,6 +25,10 @@ inline constexpr std::size_t kFirstThing = 1;
 // rest. Fixed Kinects of 640 x 480 pixels at 30 Hz. No robots, hands or events.
 perception::SequenceScript TableScript(const TableOptions& options);
 
+// That table, with a thing of the front row that goes 8 cm towards the first sensor and back, at 4
+// cm/s, again and again from `begin_s` on.
+perception::SequenceScript PushedThing(double begin_s, double duration_s, int sensor_count = 1);
+
 // The largest distance of the object's parts from its origin, and its height above it, metres.
 double FootprintRadius_m(const perception::SimulatedObject& object);
 double Height_m(const perception::SimulatedObject& object);

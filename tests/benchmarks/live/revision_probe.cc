@@ -62,4 +62,20 @@ std::size_t RevisionProbe::seen_count() const {
   return seen_.size();
 }
 
+std::vector<double> ChangeTimes_ms(const std::vector<FrameAnswer>& answers, std::size_t first,
+                                   const RevisionProbe& probe) {
+  std::vector<double> times_ms;
+  std::int64_t newest = first > 0 ? answers[first - 1].response.revision() : 0;
+  for (std::size_t i = first; i < answers.size(); ++i) {
+    const FrameAnswer& answer = answers[i];
+    if (!answer.is_processed() || answer.response.revision() <= newest) continue;
+    newest = answer.response.revision();
+    const bool has_change = answer.response.changes().moved_size() > 0;
+    const auto seen = probe.SeenAt(newest);
+    if (!has_change || !seen) continue;
+    times_ms.push_back(std::chrono::duration<double, std::milli>(*seen - answer.sent).count());
+  }
+  return times_ms;
+}
+
 }  // namespace cwm::benchmarks

@@ -43,4 +43,9 @@ class RevisionProbe {
   std::thread thread_;
 };
 
+// Milliseconds from the last byte of each frame, from the frame `first` on, that moved something to
+// the answer of a query that sees its revision.
+std::vector<double> ChangeTimes_ms(const std::vector<FrameAnswer>& answers, std::size_t first,
+                                   const RevisionProbe& probe);
+
 }  // namespace cwm::benchmarks
