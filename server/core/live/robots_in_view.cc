@@ -64,8 +64,9 @@ bool IsStateKnown(const WorldRobot& robot) {
 
 RobotAtFrame AtStamp(const collision::WorldRobotPtr& robot, const RobotStates& states,
                      perception::Stamp stamp) {
-  RobotAtFrame at{.robot = robot, .state = {}, .links = {}};
-  if (states.IsTold(*robot, stamp)) {
+  RobotAtFrame at{
+      .robot = robot, .is_told = states.IsTold(*robot, stamp), .state = {}, .links = {}};
+  if (at.is_told) {
     at.state = states.StateAt(*robot, stamp);
   } else if (IsStateKnown(*robot)) {
     at.state = {.source = StateSource::kHeld,
@@ -175,7 +176,7 @@ RobotsSeen RobotsInView::Mask(const perception::RobotFrame& frame,
         frame, {.source = at.state.source, .late_s = late_s, .links = at.links, .reach_W = reach_W},
         carried, margins);
     perception::MergeMask(sighting.mask, *frame.camera, seen.mask);
-    if (at.state.source != StateSource::kMissing || at.state.reason == "ROBOT_STATE_STALE") {
+    if (at.is_told) {
       seen.state_age_ms = std::max(seen.state_age_ms.value_or(0), 1e3 * late_s);
     }
     if (!seen.reason.empty()) continue;  // the first robot's fault is told

@@ -39,6 +39,7 @@ class RobotShapes {
 // One robot at a stamp.
 struct RobotAtFrame {
   collision::WorldRobotPtr robot;
+  bool is_told = false;  // somebody tells its states
   RobotStateAt state;
   std::vector<perception::LinkAtStamp> links;  // one per link; as the world says if it is missing
 };

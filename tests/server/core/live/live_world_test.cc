@@ -141,7 +141,6 @@ std::string BytesOf(const collision::WorldSnapshot& snapshot) {
   return bytes;
 }
 
-
 TEST(LiveWorldTest, AStaticSceneIsInterpretedOnceAndThenMakesNoRevision) {
   LiveRun run(Kitchen(3));
   for (int k = 0; k < 10; ++k) run.Process(k);
@@ -177,8 +176,9 @@ TEST(LiveWorldTest, ASensorThatIsGoneLeavesNoMoversAndNoFacts) {
   perception::SimulatedHand hand;
   hand.name = "hand";
   hand.shape = perception::MakeHand(0.06);
-  // From above, down to a place 0.15 m above the counter's middle.
-  const Pose X_WH = MakeTranslation(0, 0, 1.1) * Eigen::AngleAxisd(3.14159265, Vector3::UnitX());
+  // From above into the middle of the view, 0.15 m before the counter, the fingers down.
+  const Vector3 p_WH = script.sensors[0].camera.X_WC * Vector3(0, 0, 0.75);
+  const Pose X_WH = Eigen::Translation3d(p_WH) * Eigen::AngleAxisd(3.14159265, Vector3::UnitX());
   hand.waypoints = {{1.0, MakeTranslation(0, 0, 0.5) * X_WH}, {1.8, X_WH}, {2.0, X_WH}};
   script.hands.push_back(hand);
   LiveRun run(script);
