@@ -35,7 +35,7 @@ v1::StreamQueriesRequest StatesOf(const BenchRobot& robot) {
   v1::RobotSubject& subject = *query.mutable_subject()->mutable_robot();
   subject.set_robot(robot.name);
   subject.set_robot_geometry(robot.spheres.empty() ? v1::ROBOT_GEOMETRY_SPHERES_CONTAINING
-                                                   : v1::ROBOT_GEOMETRY_SPHERES);
+                                                   : v1::ROBOT_GEOMETRY_SPHERES_AS_GIVEN);
   std::vector<double> rows;
   for (std::size_t i = 0; i < kBatch; ++i) {
     std::vector<double> row = robot.ready;
