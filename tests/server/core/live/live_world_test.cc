@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <deque>
 #include <optional>
 
@@ -201,6 +202,45 @@ TEST(LiveWorldTest, ASensorThatIsGoneLeavesNoMoversAndNoFacts) {
   for (const auto& object : run.snapshot()->objects()) {
     EXPECT_FALSE(run.world()->observations().Get(object->name).facts.has_value());
   }
+}
+
+// The object of the scene whose name begins so.
+std::size_t ObjectNamed(const SequenceScript& script, const std::string& name) {
+  const auto& objects = script.scene.objects;
+  const auto found = std::ranges::find_if(
+      objects, [&](const perception::SimulatedObject& o) { return o.name.starts_with(name); });
+  EXPECT_NE(found, objects.end()) << name;
+  return static_cast<std::size_t>(found - objects.begin());
+}
+
+TEST(LiveWorldTest, AThingThatSlidesKeepsItsNameAndEndsWhereItIs) {
+  SequenceScript script = Kitchen(4);
+  const std::size_t tea = ObjectNamed(script, "tea");
+  const Aabb before_W = BoundsInWorld(script.scene.objects[tea]);
+  const Vector3 shift(0, 0.1, 0);
+  script.events.push_back({.object = tea,
+                           .begin_s = 1.5,
+                           .end_s = 2.2,
+                           .what = perception::MoveEvent{Eigen::Translation3d(shift) *
+                                                         script.scene.objects[tea].X_WO}});
+  LiveRun run(script);
+  for (int k = 0; k < 20; ++k) run.Process(k);
+  const collision::WorldObjectPtr before = run.ObjectAt(before_W.center());
+  ASSERT_NE(before, nullptr);
+  bool was_moving = false;
+  for (int k = 20; k < 58; ++k) {
+    run.Process(k);
+    const auto facts = run.world()->observations().Get(before->name).facts;
+    was_moving |= facts.has_value() && facts->motion == SensorFacts::Motion::kMoving;
+  }
+  EXPECT_TRUE(was_moving);
+  const collision::WorldObjectPtr after = run.ObjectAt(before_W.center() + shift);
+  ASSERT_NE(after, nullptr);
+  EXPECT_EQ(after->name, before->name);
+  EXPECT_EQ(run.CountOf(ObjectKind::kMover), 0);
+  const Vector3 moved = after->bounds_W.center() - before->bounds_W.center();
+  constexpr double kTolerance_m = 0.006;  // of two views by a sensor with 1.5 mm of warp
+  EXPECT_NEAR((moved - shift).norm(), 0, kTolerance_m) << moved.transpose();
 }
 
 TEST(LiveWorldTest, TheWorldsEndEndsItsStreams) {
