@@ -151,7 +151,8 @@ void AddObjectCommands(CommandLine& line) {
        {"cwm objects", "cwm objects --kind support", "cwm objects -o ndjson | jq -r .name"}},
       [list](Session& session) { return List(session, *list); });
   objects
-      .add_option("--kind", list->kinds, "support, object, residual, unseen, user or mover; repeatable")
+      .add_option("--kind", list->kinds,
+                  "support, object, residual, unseen, user or mover; repeatable")
       ->transform(OneOf(ShortNames<pb::ObjectKind>()))
       ->allow_extra_args(false)
       ->type_name("KIND");

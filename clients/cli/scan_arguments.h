@@ -48,8 +48,8 @@ cwm::v1::DepthLayout DepthLayoutOf(const formats::DepthImage& image,
 absl::StatusOr<cwm::v1::IngestCloudHeader> ParseScanHeader(const ScanArguments& scan,
                                                            const Session& session);
 
-// The cloud of a scan's file. A depth image becomes a cloud in metres, so that the header's scale is
-// cleared. A cloud in the world's frame whose file tells its viewpoint gets it in the header.
+// The cloud of a scan's file. A depth image becomes a cloud in metres, so that the header's scale
+// is cleared. A cloud in the world's frame whose file tells its viewpoint gets it in the header.
 absl::StatusOr<formats::CloudFile> ParseScan(std::string_view bytes, const std::string& path,
                                              const ScanArguments& scan,
                                              cwm::v1::IngestCloudHeader& header);

@@ -35,11 +35,11 @@ struct FrameSequence {
   std::vector<SequenceState> states = {};  // likewise
 };
 
-// Reads the frames of a folder: those of its frames.jsonl, with the states of the joint_states.jsonl
+// Reads the frames of a folder: those of its frames.jsonl, with the states of a joint_states.jsonl
 // in it or in the folder above; else its files in the order of their names, numbers by their value:
 // depth images (PNG, NPY; of those alone whose names end in "depth" if there are any), or else
-// clouds (PCD, PLY). A frame NAME.png has its pose in NAME.pose.txt, NAME-depth.png and
-// NAME.depth.png in NAME-pose.txt and NAME.pose.txt. INVALID_ARGUMENT names file and line.
+// clouds (PCD, PLY). A frame NAME.png has its pose in NAME.pose.txt; NAME-depth.png has it in
+// NAME-pose.txt, NAME.depth.png in NAME.pose.txt. INVALID_ARGUMENT names file and line.
 absl::StatusOr<FrameSequence> ReadFrameFolder(const std::string& folder);
 
 // Reads a line of a list of frames: FILE [STAMP [POSE]], or an object as in frames.jsonl. The

@@ -84,6 +84,7 @@ TEST_F(Install, BuildsTheExamplesWhichAnswerAServer) {
   EXPECT_THAT(Example("ingest_scan"),
               ContainsRegex("76800 of 76800 points explained\nobject_1 at [^\n]*\n  sphere, "
                             "radius 120\\.[0-9] mm, rms"));
+  EXPECT_THAT(Example("follow_sensor"), HasSubstr("overhead: 90 frames"));
   EXPECT_EQ(Example("watch_world"), "revision 2: ball\nrevision 3: ball cup\nrevision 4: cup\n");
   const ProcessResult objects = Cwm({"objects"});
   EXPECT_EQ(objects.exit_code, 3) << "no example writes into the world \"default\"" << objects.out;

@@ -352,10 +352,12 @@ class SensorStream:
         try:
             reply = next(self._call, None) if self._call is not None else None
         except grpc.RpcError as error:
+            self._outgoing.put(None)
             if self._is_closed:
                 raise StopIteration from None
             raise errors.from_rpc(error, self._address) from None
         if reply is None:
+            self._outgoing.put(None)
             raise StopIteration
         return _result(reply)
 
@@ -458,6 +460,7 @@ class RobotStateStream:
         try:
             reply = self._call.result()
         except grpc.RpcError as error:
+            self._outgoing.put(None)
             raise errors.from_rpc(error, self._address) from None
         return RobotStatesSummary(
             reply.world_uid, reply.revision, reply.state_count, reply.ignored_count

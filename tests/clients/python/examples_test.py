@@ -44,6 +44,11 @@ class Examples(unittest.TestCase):
         scripts = {path.stem for path in EXAMPLES.glob("*.py") if "with cwm." in path.read_text()}
         self.assertEqual(scripts - tests, set())
 
+    def test_follow_sensor(self):
+        out = self.run_example("follow_sensor.py")
+        self.assertIn("table: 60 frames", out)
+        self.assertNotIn("REFUSED", out)
+
     def test_ingest_and_list(self):
         out = self.run_example("ingest_and_list.py")
         for expected in (
