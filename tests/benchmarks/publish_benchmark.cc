@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -25,11 +26,12 @@ double Elapsed_us(std::chrono::steady_clock::time_point start) {
       .count();
 }
 
-// A world of the application that keeps every revision of a run.
-std::shared_ptr<server::World> PublishedWorld(int count) {
-  server::Retention retention;
-  retention.exact_snapshots = kMoves + 16;
-  auto world = std::make_shared<server::World>("bench", "bench", retention);
+using Now = std::function<server::Clock::time_point()>;
+
+// A world of the application.
+std::shared_ptr<server::World> PublishedWorld(int count, const server::Retention& retention,
+                                              const Now& now = server::Clock::now) {
+  auto world = std::make_shared<server::World>("bench", "bench", retention, now);
   std::vector<collision::Change> changes;
   const SnapshotPtr large = MakeLargeWorld(count);
   for (const collision::WorldObjectPtr& object : large->objects()) {
@@ -62,7 +64,9 @@ std::vector<std::uint8_t> Verdicts(const collision::WorldSnapshot& world) {
 
 void MeasureAt(int count, Report& report) {
   const std::string size = std::to_string(count);
-  const std::shared_ptr<server::World> world = PublishedWorld(count);
+  server::Retention all;  // every revision of a run
+  all.exact_snapshots = kMoves + 16;
+  const std::shared_ptr<server::World> world = PublishedWorld(count, all);
   if (world == nullptr) return report.Fail("a world of " + size + " objects could not be put");
   const SnapshotPtr first = world->Snapshot();
   const std::vector<std::uint8_t> verdicts_before = Verdicts(*first);
@@ -117,11 +121,44 @@ void MeasureAt(int count, Report& report) {
               .how = "heap that each of those revisions adds, snapshot and event"});
 }
 
+// The cost in a world that follows a sensor for minutes: each revision thins those before.
+void MeasureThinned(int count, Report& report) {
+  const std::string size = std::to_string(count);
+  constexpr std::size_t kWarmUp = 1'500;
+  auto time = std::make_shared<server::Clock::time_point>(server::Clock::now());
+  const std::shared_ptr<server::World> world =
+      PublishedWorld(count, server::Retention(), [time] { return *time; });
+  if (world == nullptr) return report.Fail("a world of " + size + " objects could not be put");
+  const SnapshotPtr first = world->Snapshot();
+  const std::vector<Pose> poses = RandomPoses(kMoves + kWarmUp, 12);
+  std::vector<double> times_us;
+  times_us.reserve(poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    *time += std::chrono::microseconds(33'333);
+    const std::size_t at = (7919 * i) % first->objects().size();
+    const collision::Change move{
+        .what = collision::MoveObject{first->objects()[at]->name, poses[i]},
+        .expected_object_revision = {}};
+    const auto start = std::chrono::steady_clock::now();
+    const auto published = world->Apply({&move, 1}, {});
+    times_us.push_back(Elapsed_us(start));
+    if (!published.ok()) return report.Fail("a move was refused");
+  }
+  times_us.erase(times_us.begin(), times_us.begin() + kWarmUp);
+  report.Add({.key = "publish_thinned_us_" + size,
+              .value = Median(times_us),
+              .unit = "us",
+              .how = "the same at 30 revisions a second with the default history"});
+}
+
 }  // namespace
 
 void MeasurePublishing(Report& report) {
   report.Detail("One object's change published, in process, one thread:");
-  for (const int count : {200, 10'000}) MeasureAt(count, report);
+  for (const int count : {200, 10'000}) {
+    MeasureAt(count, report);
+    MeasureThinned(count, report);
+  }
 }
 
 }  // namespace cwm::benchmarks
