@@ -199,8 +199,9 @@ float ReferenceImage::PriorVariance_m2(int u, int v) const {
 void ReferenceImage::RefreshGates(const PixelRectangle& pixels, std::span<const float> expected_m) {
   for (int v = pixels.v_begin; v < pixels.v_end; ++v) {
     for (int u = pixels.u_begin; u < pixels.u_end; ++u) {
-      is_edge_[At(u, v)] = static_cast<std::uint8_t>(IsEdge(u, v));
-      RefreshGate(u, v, expected_m[At(u, v)]);
+      const std::size_t i = At(u, v);
+      if (Knows(i)) is_edge_[i] = static_cast<std::uint8_t>(IsEdge(u, v));
+      RefreshGate(u, v, expected_m[i]);
     }
   }
 }

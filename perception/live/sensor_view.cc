@@ -20,6 +20,7 @@ struct SensorView::State {
   struct BodyView {
     MotionTemplate motion = {};
     int frames_since_change = 0;
+    int frames_since_move = std::numeric_limits<int>::max();  // of the body itself
 
     bool MustBuild(BodyId id) const {
       constexpr int kLearnt = ReferenceImage::kUsableFrames;
@@ -60,11 +61,11 @@ struct SensorView::State {
   // Whether the reference of a pixel still holds though another depth or body is expected.
   bool StillHolds(std::size_t i, float depth_m, float expected_now_m) const;
   void MarkChanged(BodyId id);
-  // Whether the view expects the body otherwise than some frames ago: it moves.
-  bool HasJustChanged(BodyId id) const {
+  // Whether the body was given another pose some frames ago: it moves.
+  bool HasJustMoved(BodyId id) const {
     constexpr int kJust_frames = 10;
     const auto found = bodies_in_view.find(id);
-    return found != bodies_in_view.end() && found->second.frames_since_change <= kJust_frames;
+    return found != bodies_in_view.end() && found->second.frames_since_move <= kJust_frames;
   }
   std::vector<BodyEvidence> Evidence(std::span<const KnownBody> bodies, const DepthImage& image,
                                      const FrameClasses& classes, const PixelRays& rays);
@@ -161,10 +162,15 @@ void SensorView::State::TakeExpected(std::span<const KnownBody> bodies, const De
     }
   }
   for (const PixelRectangle& rectangle : changed) {
+    if (is_moving) break;
     reference.RefreshGates(
         Grown(rectangle, ExpectedGates::kStillRadius_px, camera.width, camera.height), expected_m);
   }
   changed.clear();
+  for (const BodyId id : moved) {
+    const auto found = bodies_in_view.find(id);
+    if (found != bodies_in_view.end()) found->second.frames_since_move = 0;
+  }
   poses.clear();
   for (const KnownBody& known : bodies) poses.push_back({known.id, known.X_WB, known.model});
   std::ranges::sort(poses, {}, &KnownPose::id);
@@ -210,9 +216,13 @@ std::vector<BodyEvidence> SensorView::State::Evidence(std::span<const KnownBody>
     evidence.push_back(std::move(of_body));
   }
   MarkHotBodies(frame_classes, body, evidence);
+  for (auto& [id, body_view] : bodies_in_view) {
+    if (body_view.frames_since_move < std::numeric_limits<int>::max())
+      ++body_view.frames_since_move;
+  }
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     if (!known_of[i]->IsFollowed()) continue;
-    if (!evidence[i].is_hot && !HasJustChanged(evidence[i].id)) continue;
+    if (!evidence[i].is_hot && !HasJustMoved(evidence[i].id)) continue;
     evidence[i].points_L = PointsOfBody(evidence[i].id, evidence[i].expected, view, frame, camera,
                                         frame_classes, rays);
   }
