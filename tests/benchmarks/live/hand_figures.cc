@@ -1,6 +1,6 @@
 // A hand over the table: what is published of it, and what is not changed by it.
 #include <algorithm>
-#include <cstdio>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -41,26 +41,22 @@ double DistanceFromHand_m(const perception::SimulatedObject& hand, const Pose& X
   double distance_m = 1e9;
   for (const Placed<>& part : hand.parts) {
     const auto* capsule = std::get_if<Capsule>(&part.shape);
-    const auto* box = std::get_if<Box>(&part.shape);
+    if (capsule == nullptr) continue;  // a hand has no other parts
     const Vector3 p_S = part.X_FS.inverse() * p_H;
-    if (capsule != nullptr) {
-      const double half_m = 0.5 * capsule->length_m;
-      const Vector3 on_axis(0, 0, std::clamp(p_S.z(), -half_m, half_m));
-      distance_m = std::min(distance_m, (p_S - on_axis).norm() - capsule->radius_m);
-    } else if (box != nullptr) {
-      distance_m = std::min(distance_m, (p_S.cwiseAbs() - 0.5 * box->size_m).cwiseMax(0).norm());
-    }
+    const double half_m = 0.5 * capsule->length_m;
+    const Vector3 on_axis(0, 0, std::clamp(p_S.z(), -half_m, half_m));
+    distance_m = std::min(distance_m, (p_S - on_axis).norm() - capsule->radius_m);
   }
   return std::max(distance_m, 0.0);
 }
 
+// Overlaps of its capsules count twice, so that it is an upper bound.
 double VolumeOf_m3(const perception::SimulatedObject& hand) {
-  constexpr double kPi = 3.14159265358979;
-  double volume_m3 = Volume_m3(hand);
+  double volume_m3 = 0;
   for (const Placed<>& part : hand.parts) {
     if (const auto* capsule = std::get_if<Capsule>(&part.shape)) {
       const double r_m = capsule->radius_m;
-      volume_m3 += kPi * r_m * r_m * (capsule->length_m + 4 * r_m / 3);
+      volume_m3 += std::numbers::pi * r_m * r_m * (capsule->length_m + 4 * r_m / 3);
     }
   }
   return volume_m3;
@@ -104,10 +100,9 @@ struct HandSums {
   long points = 0, covered = 0;
   std::vector<double> excess;   // by frame, of the hand's own volume
   std::vector<double> gone_ms;  // by leave
-  double never_gone = 0;
 };
 
-// `present` says whether some hand is there; a hand that left is gone when no mover is published.
+// A hand that left is gone when no mover is published.
 void MeasureFrames(const perception::SequenceRenderer& renderer,
                    const std::vector<TrueFrame>& frames, double first_stamp_s,
                    const Recording& recording, HandSums& sums) {

@@ -2,18 +2,21 @@
 
 namespace cwm::benchmarks {
 
-const std::vector<std::pair<std::string, std::function<void(Report&)>>>& LiveParts() {
-  static const std::vector<std::pair<std::string, std::function<void(Report&)>>> parts = {
-      {"yardstick", MeasureLiveYardstick},
-      {"change", MeasureLiveChange},
-      {"static", MeasureLiveStatic},
-      {"cpu", MeasureLiveCpu},
-      {"load", MeasureLiveLoad},
-      {"truth", MeasureLiveTruth},
-      {"hand", MeasureLiveHand},
-      {"arm", MeasureLiveArm},
-      {"real", MeasureLiveReal}};
-  return parts;
+std::vector<std::pair<std::string, std::function<void(Report&)>>> LiveParts(
+    const LiveBenchmarkOptions& options) {
+  const double soak_minutes = options.soak_minutes;
+  return {{"yardstick", MeasureLiveYardstick},
+          {"change", MeasureLiveChange},
+          {"static", MeasureLiveStatic},
+          {"cpu", MeasureLiveCpu},
+          {"load", MeasureLiveLoad},
+          {"truth", MeasureLiveTruth},
+          {"hand", MeasureLiveHand},
+          {"arm", MeasureLiveArm},
+          {"real", MeasureLiveReal},
+          {"fusion", MeasureLiveFusion},
+          {"order", MeasureLiveOrder},
+          {"soak", [soak_minutes](Report& report) { MeasureLiveSoak(soak_minutes, report); }}};
 }
 
 void MeasureLive(Report& report) {

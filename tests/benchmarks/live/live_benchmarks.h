@@ -50,8 +50,23 @@ void MeasureLiveLoad(Report& report);
 // live_real_inserted, live_moving_camera_changes.
 void MeasureLiveReal(Report& report);
 
+// Three views of one table against the best of them: fusion_gain, fusion_radius_ratio,
+// fusion_twice.
+void MeasureLiveFusion(Report& report);
+
+// Doubled and late frames against the frames in order: live_order.
+void MeasureLiveOrder(Report& report);
+
+// Memory and latency over time: live_soak_mib, live_soak_p95_ratio. The first third warms up.
+void MeasureLiveSoak(double minutes, Report& report);
+
+struct LiveBenchmarkOptions {
+  double soak_minutes = 30;
+};
+
 // The parts by the names by which they can be measured alone.
-const std::vector<std::pair<std::string, std::function<void(Report&)>>>& LiveParts();
+std::vector<std::pair<std::string, std::function<void(Report&)>>> LiveParts(
+    const LiveBenchmarkOptions& options = {});
 // All of them.
 void MeasureLive(Report& report);
 

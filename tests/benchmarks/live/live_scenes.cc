@@ -49,33 +49,6 @@ Placed<> RandomThing(RandomDraws& draws) {
   }
 }
 
-struct Extent {
-  double radius_m = 0;
-  double height_m = 0;
-  double volume_m3 = 0;
-};
-
-struct ExtentOf {
-  Extent operator()(const Sphere& s) const {
-    return {s.radius_m, s.radius_m, 4 * std::numbers::pi / 3 * std::pow(s.radius_m, 3)};
-  }
-  Extent operator()(const Box& b) const {
-    return {0.5 * b.size_m.head<2>().norm(), 0.5 * b.size_m.z(), b.size_m.prod()};
-  }
-  Extent operator()(const Cylinder& c) const {
-    return {c.radius_m, 0.5 * c.length_m, std::numbers::pi * c.radius_m * c.radius_m * c.length_m};
-  }
-  Extent operator()(const Cone& c) const {
-    const double a = c.radius_bottom_m, b = c.radius_top_m;
-    return {std::max(a, b), 0.5 * c.length_m,
-            std::numbers::pi / 3 * c.length_m * (a * a + a * b + b * b)};
-  }
-  template <class Other>
-  Extent operator()(const Other&) const {
-    return {};
-  }
-};
-
 perception::SequenceSensor Sensor(int index) {
   // Eyes before the table, and to both sides of it.
   const Vector3 eyes[] = {{0.15, 0, 1.55}, {0.5, -0.7, 1.5}, {0.5, 0.7, 1.5}};
@@ -87,32 +60,6 @@ perception::SequenceSensor Sensor(int index) {
 }
 
 }  // namespace
-
-double FootprintRadius_m(const SimulatedObject& object) {
-  double radius_m = 0;
-  for (const Placed<>& part : object.parts) {
-    radius_m = std::max(radius_m, part.X_FS.translation().head<2>().norm() +
-                                      std::visit(ExtentOf(), part.shape).radius_m);
-  }
-  return radius_m;
-}
-
-double Height_m(const SimulatedObject& object) {
-  double height_m = 0;
-  for (const Placed<>& part : object.parts) {
-    height_m = std::max(height_m,
-                        part.X_FS.translation().z() + std::visit(ExtentOf(), part.shape).height_m);
-  }
-  return height_m;
-}
-
-double Volume_m3(const SimulatedObject& object) {
-  double volume_m3 = 0;
-  for (const Placed<>& part : object.parts) {
-    volume_m3 += std::visit(ExtentOf(), part.shape).volume_m3;
-  }
-  return volume_m3;
-}
 
 perception::SequenceScript TableScript(const TableOptions& options) {
   perception::SequenceScript script;

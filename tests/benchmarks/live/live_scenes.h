@@ -29,11 +29,4 @@ perception::SequenceScript TableScript(const TableOptions& options);
 // cm/s, again and again from `begin_s` on.
 perception::SequenceScript PushedThing(double begin_s, double duration_s, int sensor_count = 1);
 
-// The largest distance of the object's parts from its origin, and its height above it, metres.
-double FootprintRadius_m(const perception::SimulatedObject& object);
-double Height_m(const perception::SimulatedObject& object);
-
-// The parts' volume, if they do not overlap; of boxes, cylinders, spheres and cones alone.
-double Volume_m3(const perception::SimulatedObject& object);
-
 }  // namespace cwm::benchmarks
