@@ -169,18 +169,34 @@ absl::StatusOr<std::unique_ptr<SensorStream>> LiveWorld::Open(const SensorCalibr
     const auto found = sessions_.find(calibration.sensor);
     if (found != sessions_.end()) {
       session = found->second;
-    } else if (sessions_.size() >= kMaxSensors) {
-      return MakeError(absl::StatusCode::kResourceExhausted,
-                       absl::StrCat("the world has ", sessions_.size(),
-                                    " sensors, it may have at most ", kMaxSensors),
-                       {.reason = "TOO_MANY_SENSORS"});
     } else {
+      if (auto status = MakeRoomForSensor(); !status.ok()) return status;
       session = std::make_shared<SensorSession>(calibration);
       sessions_.emplace(calibration.sensor, session);
     }
   }
   const std::uint64_t number = session->Begin(calibration, std::move(end));
   return std::make_unique<SensorStream>(shared_from_this(), std::move(session), number);
+}
+
+// Under the lock of the sensors. Sensors that are gone make room, the longest silent one first.
+absl::Status LiveWorld::MakeRoomForSensor() {
+  if (sessions_.size() < kMaxSensors) return absl::OkStatus();
+  auto oldest = sessions_.end();
+  for (auto it = sessions_.begin(); it != sessions_.end(); ++it) {
+    if (it->second->is_streaming() || it->second->is_tracked()) continue;
+    const bool is_older =
+        oldest == sessions_.end() || it->second->last_active() < oldest->second->last_active();
+    if (is_older) oldest = it;
+  }
+  if (oldest == sessions_.end()) {
+    return MakeError(absl::StatusCode::kResourceExhausted,
+                     absl::StrCat("the world has ", sessions_.size(),
+                                  " sensors, it may have at most ", kMaxSensors),
+                     {.reason = "TOO_MANY_SENSORS"});
+  }
+  sessions_.erase(oldest);
+  return absl::OkStatus();
 }
 
 absl::StatusOr<LiveWorld::SensorPlace> LiveWorld::PlaceAt(const SensorCalibration& calibration,
@@ -504,6 +520,8 @@ void LiveWorld::ForgetGone(Clock::time_point now) {
     session->Forget();
     const std::lock_guard comparing(session->comparison.mutex);
     session->comparison.view.reset();
+    session->comparison.robots = {};
+    session->comparison.X_WC.reset();
     session->comparison.newest.reset();
     session->comparison.recorded.reset();
   }
@@ -530,11 +548,6 @@ void LiveWorld::ClearFacts() {
   for (const collision::WorldObjectPtr& object : snapshot->objects()) {
     world_->observations().SetFacts(object->name, std::nullopt, *snapshot);
   }
-}
-
-bool LiveWorld::has_streams() const {
-  return std::ranges::any_of(Sessions(),
-                             [](const Session& session) { return session->is_streaming(); });
 }
 
 void LiveWorld::End(const absl::Status& reason) {

@@ -96,7 +96,6 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
 
   // Forgets what belongs to sensors that are gone. Call it about twice a second.
   void ForgetGone(Clock::time_point now);
-  bool has_streams() const;
   // Ends all streams and stops interpretations: the world was deleted, or the server stops.
   void End(const absl::Status& reason);
 
@@ -137,6 +136,7 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
   void ForgetMovers(SensorSession& session);
   void ClearFacts();
   std::vector<Session> Sessions() const;
+  absl::Status MakeRoomForSensor();
 
   const std::shared_ptr<World> world_;
   const LiveServices services_;

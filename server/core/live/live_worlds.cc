@@ -41,9 +41,4 @@ void LiveWorlds::ForgetGone(Clock::time_point now) {
   for (const std::shared_ptr<LiveWorld>& live : worlds) live->ForgetGone(now);
 }
 
-bool LiveWorlds::empty() const {
-  const std::lock_guard lock(mutex_);
-  return worlds_.empty();
-}
-
 }  // namespace cwm::server

@@ -25,7 +25,6 @@ class LiveWorlds {
   void Forget(const World& world);
   // Forgets what belongs to sensors that are gone. Call it about twice a second.
   void ForgetGone(Clock::time_point now);
-  bool empty() const;
 
  private:
   const LiveServices services_;

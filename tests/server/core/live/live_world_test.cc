@@ -243,6 +243,22 @@ TEST(LiveWorldTest, AThingThatSlidesKeepsItsNameAndEndsWhereItIs) {
   EXPECT_NEAR((moved - shift).norm(), 0, kTolerance_m) << moved.transpose();
 }
 
+TEST(LiveWorldTest, SensorsThatAreGoneMakeRoomForOthers) {
+  const auto world = std::make_shared<World>("w", "uid", Retention{});
+  const auto live = std::make_shared<LiveWorld>(world, LiveServices{});
+  std::vector<std::unique_ptr<SensorStream>> streams;
+  for (std::size_t s = 0; s < LiveWorld::kMaxSensors; ++s) {
+    auto stream = live->Open({.sensor = "sensor_" + std::to_string(s)}, {});
+    ASSERT_TRUE(stream.ok()) << stream.status();
+    streams.push_back(*std::move(stream));
+  }
+  EXPECT_EQ(DetailsOf(live->Open({.sensor = "more"}, {}).status()).reason, "TOO_MANY_SENSORS");
+  EXPECT_TRUE(live->Open({.sensor = "sensor_3"}, {}).ok());  // it is known
+  streams.erase(streams.begin() + 7);
+  EXPECT_TRUE(live->Open({.sensor = "more"}, {}).ok());
+  EXPECT_FALSE(live->Has("sensor_3") && live->Has("sensor_7"));
+}
+
 TEST(LiveWorldTest, TheWorldsEndEndsItsStreams) {
   LiveRun run(Kitchen(1));
   run.Process(0);
