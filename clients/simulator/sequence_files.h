@@ -20,7 +20,7 @@ inline constexpr double kDepthUnit_m = 0.0002;
 // robots count from these values on; more than kMaxLabelled share the last one.
 inline constexpr std::uint16_t kHandLabel = 60'000;
 inline constexpr std::uint16_t kRobotLabel = 61'000;
-inline constexpr std::uint16_t kMixedLabel = 65'535;  // between two surfaces
+inline constexpr std::uint16_t kMixedLabel = 65'000;  // between two surfaces
 inline constexpr std::size_t kMaxLabelled = 1'000;
 
 // Per pixel of a frame, in units of kDepthUnit_m; 0: no return.

@@ -123,5 +123,29 @@ TEST(Simulator, SaysWhatIsWrong) {
   }
 }
 
+TEST(Simulator, WritesASequenceOfAScript) {
+  const ScratchDirectory scratch;
+  ASSERT_TRUE(formats::WriteFileBytes(scratch / "s.yaml",
+                                      "scene: table\nduration_s: 0.1\nsensors: [{name: a}]\n")
+                  .ok());
+  const ProcessResult made = Simulate({"--script", scratch / "s.yaml", "--out", scratch / "out"});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  EXPECT_EQ(ReadJson(scratch / "out/a/camera.json").at("width"), 640);
+  EXPECT_EQ(ReadJson(scratch / "out/sequence.json").at("objects").size(), 9U);
+  for (const char* name : {"out/a/000000.png", "out/a/000002.png", "out/a/frames.jsonl"}) {
+    EXPECT_TRUE(formats::ReadFileBytes(scratch / name).ok()) << name;
+  }
+}
+
+TEST(Simulator, RefusesASequenceWithOptionsOfScans) {
+  const ProcessResult both = Simulate({"--script", "s.yaml", "--out", "o", "--sensor", "kinect"});
+  EXPECT_EQ(both.exit_code, kUsage);
+  EXPECT_THAT(both.err, HasSubstr("--sensor excludes --script"));
+  const ProcessResult missing = Simulate({"--script", "no_such.yaml", "--out", "o"});
+  EXPECT_EQ(missing.exit_code, kBadInput);
+  EXPECT_THAT(missing.err, HasSubstr("no_such.yaml"));
+  EXPECT_EQ(Simulate({"--script", "s.yaml"}).exit_code, kBadInput);
+}
+
 }  // namespace
 }  // namespace cwm::simulator
