@@ -50,6 +50,14 @@ enum class FrameFate { kProcessed, kDropped, kRefused };
 // The effects of a frame on the world, by object name.
 struct FrameChanges {
   std::vector<std::string> added, moved, replaced, removed, movers;
+
+  void Append(const FrameChanges& other) {
+    using Names = std::vector<std::string> FrameChanges::*;
+    for (const Names names : {&FrameChanges::added, &FrameChanges::moved, &FrameChanges::replaced,
+                              &FrameChanges::removed, &FrameChanges::movers}) {
+      (this->*names).insert((this->*names).end(), (other.*names).begin(), (other.*names).end());
+    }
+  }
 };
 
 struct FrameOutcome {

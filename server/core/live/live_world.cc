@@ -74,39 +74,17 @@ SensorFacts FactsFrom(const perception::TrackedFacts& tracked) {
   return facts;
 }
 
-absl::Status CheckMount(const SensorMount& mount, const collision::WorldSnapshot& snapshot) {
-  const collision::WorldRobotPtr robot = snapshot.FindRobot(mount.robot);
-  if (robot == nullptr) {
-    return MakeError(absl::StatusCode::kNotFound,
-                     absl::StrCat("calibration.mount.robot: there is no robot \"", mount.robot,
-                                  "\" in this world"),
-                     {.reason = "ROBOT_UNKNOWN", .metadata = {{"robot", mount.robot}}});
-  }
-  if (robot->model().FindLink(mount.link).has_value()) return absl::OkStatus();
-  return MakeError(
-      absl::StatusCode::kFailedPrecondition,
-      absl::StrCat("calibration.mount.link: the robot \"", mount.robot, "\" has no link \"",
-                   mount.link, "\""),
-      {.reason = "LINK_UNKNOWN", .metadata = {{"robot", mount.robot}, {"link", mount.link}}});
-}
-
-void Append(const FrameChanges& from, FrameChanges& to) {
-  const auto append = [](const std::vector<std::string>& names, std::vector<std::string>& all) {
-    all.insert(all.end(), names.begin(), names.end());
-  };
-  append(from.added, to.added);
-  append(from.moved, to.moved);
-  append(from.replaced, to.replaced);
-  append(from.removed, to.removed);
-  append(from.movers, to.movers);
-}
-
 bool HasReturn(const perception::PixelCounts& pixels) {
   std::int64_t others = 0;
   for (std::size_t c = 0; c < pixels.size(); ++c) {
     if (c != static_cast<std::size_t>(perception::PixelClass::kMissing)) others += pixels[c];
   }
   return others > 0;
+}
+
+std::optional<PlaceAtStamp> PlaceBefore(const SensorComparison& comparison) {
+  if (!comparison.X_WC.has_value() || !comparison.newest.has_value()) return std::nullopt;
+  return PlaceAtStamp{.X_WC = *comparison.X_WC, .stamp = *comparison.newest};
 }
 
 // The stages of a frame, each from the end of the one before.
@@ -199,55 +177,6 @@ absl::Status LiveWorld::MakeRoomForSensor() {
   return absl::OkStatus();
 }
 
-absl::StatusOr<LiveWorld::SensorPlace> LiveWorld::PlaceAt(const SensorCalibration& calibration,
-                                                          const LiveFrame& frame,
-                                                          std::span<const RobotAtFrame> robots,
-                                                          const SensorComparison& before) const {
-  if (frame.X_WC.has_value()) {
-    SensorPlace place{.X_WC = *frame.X_WC};
-    const bool moved = before.X_WC.has_value() && before.newest.has_value() &&
-                       before.X_WC->matrix() != frame.X_WC->matrix();
-    if (moved) {
-      const std::chrono::duration<double> since = frame.stamp - *before.newest;
-      place.V_WC = perception::VelocityBetween(*before.X_WC, place.X_WC, since.count());
-    }
-    return place;
-  }
-  if (calibration.mount.has_value()) return PlaceOnRobot(*calibration.mount, robots);
-  if (calibration.X_WC.has_value()) return SensorPlace{.X_WC = *calibration.X_WC};
-  const std::optional<SensorPose> kept = world_->SensorPoseOf(calibration.sensor);
-  if (kept.has_value() && kept->given) return SensorPlace{.X_WC = kept->X_WC};
-  return InvalidField("frame.x_world_sensor",
-                      "is absent, must be set: neither the calibration nor an earlier scan tells "
-                      "the sensor's pose");
-}
-
-absl::StatusOr<LiveWorld::SensorPlace> LiveWorld::PlaceOnRobot(
-    const SensorMount& mount, std::span<const RobotAtFrame> robots) {
-  const auto carrier = std::ranges::find_if(
-      robots, [&](const RobotAtFrame& at) { return at.robot->name == mount.robot; });
-  const std::optional<int> link =
-      carrier == robots.end() ? std::nullopt : carrier->robot->model().FindLink(mount.link);
-  if (!link.has_value()) {
-    return MakeError(absl::StatusCode::kFailedPrecondition,
-                     absl::StrCat("the link ", mount.robot, "/", mount.link,
-                                  " that carries the sensor is no longer there"),
-                     {.reason = "ROBOT_STATE_MISSING"});
-  }
-  if (carrier->state.source == perception::StateSource::kMissing) {
-    return MakeError(
-        absl::StatusCode::kFailedPrecondition,
-        absl::StrCat("no state of the robot \"", mount.robot, "\" tells where the link ",
-                     mount.link, " was at the frame's stamp"),
-        {.reason = carrier->state.reason});
-  }
-  const perception::LinkAtStamp& at = carrier->links[static_cast<std::size_t>(*link)];
-  SensorPlace place{.X_WC = at.X_WL * mount.X_LC, .V_WC = at.V_WL};
-  place.V_WC.linear_W_m_s +=
-      at.V_WL.angular_W_rad_s.cross(place.X_WC.translation() - at.X_WL.translation());
-  return place;
-}
-
 RobotsSeen LiveWorld::FindRobots(SensorComparison& comparison, const SensorCalibration& calibration,
                                  const LiveFrame& frame, const SensorPlace& place,
                                  const BodyTable& table,
@@ -283,7 +212,9 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
   const std::shared_ptr<const BodyTable> table = numbers_.TableOf(world_->Tip());
   const std::vector<RobotAtFrame> robots =
       RobotsAt(*table->snapshot, world_->robot_states(), frame.stamp);
-  const absl::StatusOr<SensorPlace> place = PlaceAt(calibration, frame, robots, comparison);
+  const absl::StatusOr<SensorPlace> place =
+      PlaceAt(calibration, frame, robots, PlaceBefore(comparison),
+              world_->SensorPoseOf(calibration.sensor));
   if (!place.ok()) {
     FrameOutcome refused = RefusedBy(place.status());
     refused.revision = table->snapshot->revision();
@@ -325,7 +256,7 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
     }
     outcome.revision = written->revision;
     outcome.changes = std::move(written->changes);
-    Append(std::exchange(comparison.interpreted, {}), outcome.changes);
+    outcome.changes.Append(std::exchange(comparison.interpreted, {}));
     outcome.interpreting = regions_asked_ > 0;
   }
   StartRegions();
@@ -451,7 +382,7 @@ void LiveWorld::InterpretRegion(const Session& session, const RegionJob& job) {
   // A region that could not be interpreted is asked for again when it rests again.
   const std::vector<std::int32_t> same = tracker_.Finish(job.sensor, job.request.number);
   if (!outcome.ok()) return;
-  Append(outcome->changes, comparison.interpreted);
+  comparison.interpreted.Append(outcome->changes);
   for (const std::string& name : outcome->returned) {
     std::erase_if(gone_, [&](const Gone& each) { return each.object->name == name; });
   }

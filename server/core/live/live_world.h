@@ -21,6 +21,7 @@
 #include "server/core/live/live_commit.h"
 #include "server/core/live/live_frame.h"
 #include "server/core/live/region_ingest.h"
+#include "server/core/live/sensor_place.h"
 #include "server/core/live/sensor_session.h"
 #include "server/core/world.h"
 
@@ -102,21 +103,11 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
  private:
   friend class SensorStream;
 
-  // Where a sensor is at the stamp of a frame.
-  struct SensorPlace {
-    Pose X_WC = Pose::Identity();
-    perception::SpatialVelocity V_WC = {};
-  };
   using Session = std::shared_ptr<SensorSession>;
   using Evidence = perception::FrameEvidence;
 
   absl::StatusOr<FrameOutcome> Process(const Session& session, std::uint64_t stream,
                                        const LiveFrame& frame);
-  absl::StatusOr<SensorPlace> PlaceAt(const SensorCalibration& calibration, const LiveFrame& frame,
-                                      std::span<const RobotAtFrame> robots,
-                                      const SensorComparison& before) const;
-  static absl::StatusOr<SensorPlace> PlaceOnRobot(const SensorMount& mount,
-                                                  std::span<const RobotAtFrame> robots);
   RobotsSeen FindRobots(SensorComparison& comparison, const SensorCalibration& calibration,
                         const LiveFrame& frame, const SensorPlace& place, const BodyTable& table,
                         std::span<const perception::KnownBody> bodies,
