@@ -56,7 +56,7 @@ struct DistanceGrid {
 class LinkSurface {
  public:
   // `max_cells` limits the memory, 4 bytes a cell, and the time of preparation, about 1 us a cell.
-  static constexpr int kMaxLinkCells = 32768;
+  static constexpr int kMaxLinkCells = 8192;
   explicit LinkSurface(std::span<const Placed<>> parts, int max_cells = kMaxLinkCells);
 
   // True for a body without triangles. It has no bounds, and no point is near it.

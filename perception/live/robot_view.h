@@ -88,8 +88,9 @@ enum class RobotStateFault : std::uint8_t {
 struct RobotSighting {
   RobotMask mask = {};
   RobotStateFault fault = RobotStateFault::kNone;
-  // Of the link through which most rays pass: how many do, and their share of those that must meet
-  // the link if its pose is right within the margin. -1: no ray passes through any link.
+  // Of the link through which most rays pass, or that of those whose pose is wrong: how many do, and
+  // their share of those that must meet the link if its pose is right within the margin. -1: no ray
+  // passes through any link.
   int through_link = -1;
   int through_pixels = 0;
   double through_share = 0;
