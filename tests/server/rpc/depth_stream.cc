@@ -1,6 +1,7 @@
 #include "tests/server/rpc/depth_stream.h"
 
 #include <cmath>
+#include <utility>
 
 namespace cwm::server {
 
@@ -65,8 +66,12 @@ v1::StreamCloudsResponse DepthStream::MustProcess(const v1::SensorFrame& frame) 
   return *answer;
 }
 
+void DepthStream::WritesDone() {
+  if (!std::exchange(is_done_, true)) stream_->WritesDone();
+}
+
 grpc::Status DepthStream::Finish() {
-  stream_->WritesDone();
+  WritesDone();
   while (Next().has_value()) {
   }
   return stream_->Finish();

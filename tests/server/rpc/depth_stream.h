@@ -31,10 +31,11 @@ class DepthStream {
   v1::StreamCloudsResponse MustProcess(const v1::SensorFrame& frame);
   // No more frames come: the status, after the answers that were not read.
   grpc::Status Finish();
-  void WritesDone() { stream_->WritesDone(); }
+  void WritesDone();
 
  private:
   Call call_{std::chrono::minutes(2)};
+  bool is_done_ = false;  // nothing more is sent
   std::unique_ptr<grpc::ClientReaderWriter<v1::StreamCloudsRequest, v1::StreamCloudsResponse>>
       stream_;
 };

@@ -349,7 +349,18 @@ TEST_F(StreamCloudsTest, AMountNamesALinkOfARobotOfTheWorld) {
   camera.mutable_mount()->mutable_x_link_sensor()->set_tz_m(0.25);
   camera.mutable_mount()->mutable_x_link_sensor()->set_qw(1);
   ASSERT_TRUE(stream_.Send(camera));
-  EXPECT_EQ(MustProcess(WallFrame(camera_, 1.5F, kStart_s)).x_world_sensor().tz_m(), 0.25);
+  // Nobody has told where the robot stands.
+  ExpectRefused(WallFrame(camera_, 1.5F, kStart_s), "ROBOT_STATE_MISSING", "hand");
+  Call setting;
+  v1::ApplyChangesRequest set;
+  v1::SetRobotState& state = *set.add_changes()->mutable_robot_state();
+  state.set_name("arm");
+  v1::VariableValue& lift = *state.mutable_joints()->add_values();
+  lift.set_variable("lift");
+  lift.set_value(0.5);
+  v1::ApplyChangesResponse applied;
+  ASSERT_TRUE(world_->ApplyChanges(&setting, set, &applied).ok());
+  EXPECT_EQ(MustProcess(WallFrame(camera_, 1.5F, kStart_s)).x_world_sensor().tz_m(), 0.75);
   ASSERT_EQ(Sensors().sensors_size(), 1);
   EXPECT_EQ(Sensors().sensors(0).mount().link(), "hand");
   Call call;
