@@ -18,7 +18,7 @@ namespace cwm::server {
 class RobotStatePublication : public std::enable_shared_from_this<RobotStatePublication> {
  public:
   RobotStatePublication(Runtime& runtime, std::shared_ptr<World> world, ClientId client)
-      : runtime_(runtime), world_(std::move(world)), client_(std::move(client)) {}
+      : runtime_(runtime), world_(std::move(world)), client_(client) {}
 
   // Publishes what is due, now or as soon as it is. Waits for nothing.
   void Schedule();
