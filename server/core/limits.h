@@ -82,7 +82,7 @@ struct Limits {
 // newest revision's events are always kept.
 struct Retention {
   // Exact snapshots, thinned by age in a world that makes more than ten revisions a second
-  // (kept_snapshots.h): at 30 a second these reach back two and a half minutes.
+  // (kept_snapshots.h): at 30 a second these reach back more than two minutes.
   std::int64_t exact_snapshots = 256;
   // Snapshots share what they have in common: 256 snapshots of 10 000 objects with one move between
   // each two take about 3 MB. Geometry that every scan replaces is what fills this limit.
