@@ -129,7 +129,7 @@ TEST(FrameErrors, KeepsTheErrorsOfTheDeviceInEveryFrame) {
   constexpr int kFrames = 64;
   // One frame's error of a pixel is 0.76 mm rms; means of two sets of frames differ by this.
   const double frame_noise_m = 0.00076 * std::sqrt(2.0 / kFrames);
-  const std::vector<double> none(320 * 240, 0);
+  const std::vector<double> none(std::size_t{320} * 240, 0);
   double square_sum = 0;
   constexpr int kDevices = 6;
   for (std::uint64_t device = 1; device <= kDevices; ++device) {
