@@ -53,7 +53,8 @@ struct BodyInView {
   Eigen::Vector3f InLink(const Eigen::Vector3f& p_C) const { return origin_L + R_LC * p_C; }
 };
 
-// The least and greatest depth of each block of kBlock_px pixels; least is infinite without returns.
+// The least and greatest depth of each block of kBlock_px pixels; the least is infinite without
+// returns.
 class BlockDepths {
  public:
   // Covers the blocks that `bounds` touches.
@@ -101,9 +102,9 @@ struct ClaimFrame {
   bool IsExpected(std::size_t pixel, float depth_m) const;
 };
 
-// Claims for the bodies, in the image of classes, the pixels that have no class yet: all are carried
-// or all are links. Of pixels that carried bodies have claimed and a link claims too, the nearer one
-// gets each. `carried` are all carried bodies.
+// Claims for the bodies, which are all carried or all links, the pixels that have no class yet. Of
+// pixels that carried bodies have claimed and a link claims too, the nearer one gets each. `carried`
+// are all carried bodies.
 void ClaimPixels(const ClaimFrame& frame, std::span<const BodyInView> bodies,
                  std::span<const BodyInView> carried, std::span<std::uint8_t> pixels);
 

@@ -21,7 +21,7 @@ int CellsAlong(double length_m, double cell_m) {
 }
 
 DistanceGrid GridAround(const Aabb& bounds_L, int max_cells) {
-  const Vector3 least = bounds_L.min();
+  const Vector3& least = bounds_L.min();
   const Vector3 size_m = bounds_L.sizes();
   double cell_m = std::max(kMinCell_m, std::cbrt(size_m.prod() / max_cells));
   const auto cells = [&] {

@@ -23,9 +23,9 @@ constexpr auto kHiddenClass = static_cast<std::uint8_t>(PixelClass::kHidden);
 constexpr double kSurelyRobot_sigma = 1.5;
 // chosen: fewer pixels of a link may all be wrong for other reasons.
 constexpr int kMinThroughPixels = 20;
-// tuned: on a Panda whose hand moves at 0.6 m/s, at most 7 rays, and 0.2 % of those that must meet a
-// link, pass through it in 2,000 frames with states within 5 ms; a link that is 20 mm beyond its
-// margin lets hundreds pass, half of them.
+// tuned: on a Panda whose hand moves at 0.6 m/s, at most 7 rays pass through a link in 2,000 frames
+// with states within 5 ms, 0.2 % of those that must meet it. A link that is 20 mm beyond its margin
+// lets hundreds pass, half of them.
 constexpr double kMaxThroughShare = 0.1;
 
 // The greatest speed of a point in the box, relative to the camera.

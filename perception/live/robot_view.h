@@ -88,7 +88,7 @@ enum class RobotStateFault : std::uint8_t {
 struct RobotSighting {
   RobotMask mask = {};
   RobotStateFault fault = RobotStateFault::kNone;
-  // Of the link through which most rays pass, or that of those whose pose is wrong: how many do, and
+  // The link through which most rays pass, of those whose pose is wrong if any is: how many do, and
   // their share of those that must meet the link if its pose is right within the margin. -1: no ray
   // passes through any link.
   int through_link = -1;
