@@ -101,6 +101,11 @@ std::string SurfaceText(const pb::Object& object) {
   return text;
 }
 
+// The boxes of a mover say where it is, and nothing of its shape.
+std::string BoxesText(const pb::Object& object) {
+  return absl::StrCat(object.shapes_size(), object.shapes_size() == 1 ? " box" : " boxes");
+}
+
 std::string Position(const pb::Pose& pose) {
   return absl::StrCat(FormatFixed(pose.tx_m(), 3), " ", FormatFixed(pose.ty_m(), 3), " ",
                       FormatFixed(pose.tz_m(), 3));
@@ -112,20 +117,31 @@ std::string WordsOf(std::string name) {
   return name;
 }
 
+// A row with a text in the column of shapes.
+TableRow ShapeRow(const std::string& text) {
+  std::vector<std::string> cells = {"", "", "", text};
+  cells.resize(Columns().size());
+  return {cells};
+}
+
+TableRow PartRow(const pb::ShapePart& part) {
+  std::vector<std::string> cells = {"", "", "", FormatShape(part)};
+  for (std::string& cell : FitCells(part)) cells.push_back(std::move(cell));
+  cells.resize(Columns().size());
+  return {cells, CoefficientText(part)};
+}
+
 // The lines of an object; the first has its name.
 void AddRows(const LabelledObject& labelled, std::vector<TableRow>& rows) {
   const pb::Object& object = *labelled.object;
   const std::size_t first = rows.size();
-  for (const pb::ShapePart& part : object.shapes()) {
-    std::vector<std::string> cells = {"", "", "", FormatShape(part)};
-    for (std::string& cell : FitCells(part)) cells.push_back(std::move(cell));
-    cells.resize(Columns().size());
-    rows.push_back({cells, CoefficientText(part)});
+  if (object.kind() == pb::OBJECT_KIND_MOVER) {
+    rows.push_back(ShapeRow(BoxesText(object)));
+  } else {
+    for (const pb::ShapePart& part : object.shapes()) rows.push_back(PartRow(part));
   }
   if (const std::string surface = SurfaceText(object); !surface.empty()) {
-    std::vector<std::string> cells = {"", "", "", surface};
-    cells.resize(Columns().size());
-    rows.push_back({cells});
+    rows.push_back(ShapeRow(surface));
   }
   if (rows.size() == first) rows.push_back({std::vector<std::string>(Columns().size())});
   std::vector<std::string>& cells = rows[first].cells;

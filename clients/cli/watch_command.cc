@@ -31,7 +31,11 @@ struct WatchArguments {
 void PrintObject(const pb::Object& object, std::int64_t revision, const char* what,
                  std::ostream& out) {
   out << revision << "  " << what << "  " << object.name() << "  " << ShortName(object.kind());
-  for (const pb::ShapePart& part : object.shapes()) out << "  " << FormatShape(part);
+  if (object.kind() == pb::OBJECT_KIND_MOVER) {
+    out << "  " << object.shapes_size() << (object.shapes_size() == 1 ? " box" : " boxes");
+  } else {
+    for (const pb::ShapePart& part : object.shapes()) out << "  " << FormatShape(part);
+  }
   out << "  at " << FormatPose(object.x_world_object());
   if (object.has_attachment()) {
     out << "  attached to " << object.attachment().robot() << ":" << object.attachment().link();

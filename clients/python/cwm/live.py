@@ -6,7 +6,7 @@ import datetime
 import queue
 import threading
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, Iterator, Sequence
 
 import grpc
 import numpy as np
@@ -267,7 +267,7 @@ class SensorStream:
     place (FrameFate.DROPPED).
     """
 
-    def __init__(self, view: WorldView, message: perception_pb2.SensorCalibration):
+    def __init__(self, view: WorldView, message: Any):
         self._address = view.connection.address
         self._open = view.connection.perception.StreamClouds
         self._calibration = message
@@ -401,7 +401,7 @@ class RobotStateStream:
     returns what the server took.
     """
 
-    def __init__(self, view: WorldView, header: robot_pb2.RobotStatesHeader):
+    def __init__(self, view: WorldView, header: Any):
         self._address = view.connection.address
         self._outgoing = _Outgoing()
         self._outgoing.put(robot_pb2.StreamRobotStatesRequest(header=header))

@@ -102,6 +102,17 @@ TEST(ObjectTable, ShowsMotionAndVisibilityWhereObjectsAreFollowed) {
   EXPECT_THAT(details.str(), HasSubstr("carried by    panda/panda_hand\n"));
 }
 
+TEST(ObjectTable, CountsTheBoxesOfAMover) {
+  google::protobuf::RepeatedPtrField<cwm::v1::Object> objects;
+  cwm::v1::Object& hand = *objects.Add();
+  hand.set_name("mover_1");
+  hand.set_kind(cwm::v1::OBJECT_KIND_MOVER);
+  for (int i = 0; i < 3; ++i) hand.add_shapes()->mutable_box()->set_size_x_m(0.04);
+  std::ostringstream out;
+  PrintObjects(objects, TableStyle::kPlain, out);
+  EXPECT_THAT(out.str(), HasSubstr("mover_1  mover  3 boxes  0.000 0.000 0.000\n"));
+}
+
 TEST(ObjectTable, TellsFactsOfSensorsOnOneLine) {
   cwm::v1::SensorFacts facts;
   EXPECT_EQ(FormatFacts(facts), "no longer followed");
