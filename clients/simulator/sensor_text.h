@@ -9,8 +9,8 @@
 
 namespace cwm::simulator {
 
-// kinect, realsense, time_of_flight, tilting_laser, sick_lms400, or a positive standard deviation in
-// metres. Empty for anything else.
+// kinect, realsense, time_of_flight, tilting_laser, sick_lms400, or a positive standard deviation
+// in metres. Empty for anything else.
 std::optional<perception::SensorNoise> ParseSensorModel(const std::string& text);
 
 // The name of a model, "given" for a standard deviation.
