@@ -254,8 +254,10 @@ std::vector<Eigen::Vector3f> PointsOfBody(BodyId id, int seen_pixels, const Expe
         const bool is_measured = pixel == PixelClass::kConsistent || pixel == PixelClass::kNearer ||
                                  pixel == PixelClass::kFarther;
         may_be_of_body = is_measured && std::abs(z - view.depth_m()[i]) <= kNearOutline_m;
-      } else if (pixel == PixelClass::kNearer) {
-        // Beside the body only what nothing else explains.
+      } else if (pixel == PixelClass::kNearer ||
+                 (pixel == PixelClass::kConsistent &&
+                  !(std::abs(z - view.depth_m()[i]) <= kExplainedWithin_m))) {
+        // Beside the body only what no other body explains.
         may_be_of_body = z >= nearest_m - kNearOutline_m && z <= farthest_m + kNearOutline_m &&
                          outline.Distance_px(u, v) * z <= kNearOutline_m * focal_px;
       }

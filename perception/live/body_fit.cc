@@ -21,6 +21,11 @@ constexpr double kLeastExplained = 0.5;
 constexpr double kLeastScore = 0.6;
 // chosen: scores that differ by less are equal: some samples at the outline flicker.
 constexpr double kScoreNoise = 0.05;
+// chosen: points of one body are a few pixels apart, so that this many say as much as one.
+constexpr double kPointsPerSample = 4;
+// derived: what an acceleration of 2 m/s^2 adds within a thirtieth of a second, and the error of the
+// speed.
+constexpr double kPredicted_m = 0.002;
 // chosen: a pose replaces another of equal score only if the points lie nearer by this share.
 constexpr double kCloser = 0.8;
 
@@ -119,7 +124,13 @@ std::optional<Pose> FitPose(const FrameEvidence& frame,
   const double gate_m = FitGate_m(frame, X_WB_guess);
   const Pose X_LB_shifted =
       AlignTranslation(points_L, body.surface(), InLevelFrame(frame, X_WB_guess), gate_m);
-  const Pose X_LB = Align(points_L, body.surface(), X_LB_shifted, gate_m);
+  Pose X_LB = Align(points_L, body.surface(), X_LB_shifted, gate_m);
+  if (purpose == FitFor::kGoOn) {
+    const Pose X_LB_guess = InLevelFrame(frame, X_WB_guess);
+    const double sigma_m = frame.noise.AxialSigma_m(X_LB.translation().norm());
+    X_LB = WithPrediction(points_L, body.surface(), X_LB, X_LB_guess, gate_m,
+                          std::sqrt(kPointsPerSample) * sigma_m, kPredicted_m);
+  }
   const double share = ExplainedShare(points_L, body.surface(), X_LB, gate_m);
   if (share < kLeastExplained) return std::nullopt;
   Pose X_WB = X_LB;

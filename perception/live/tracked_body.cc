@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "perception/cloud/tolerances.h"
 
@@ -43,8 +45,8 @@ constexpr double kLeastPublished_m = 0.0003;  // chosen: of a body that moves
 constexpr int kLeastChanged_px = 12;
 constexpr double kLeastChangedShare = 0.03;
 
-constexpr double kSettled_mps = 0.005;  // chosen, with kRotation: a hand holds still less well
-constexpr double kRotation_radps = 0.05;
+constexpr double kSettled_mps = 0.005;  // chosen: a hand holds still less well
+constexpr double kSettled_radps = 0.05;
 constexpr milliseconds kSettling{150};
 constexpr milliseconds kSpeedWindow{200};
 
@@ -132,23 +134,69 @@ std::optional<Pose> TrackedBody::SmallShift(const FrameEvidence& frame,
   return X_WB;
 }
 
-Pose TrackedBody::Predicted(Stamp stamp, const Pose& X_WB) const {
-  if (poses_.size() < 2) return X_WB;
-  const StampedPose& last = poses_.back();
-  const StampedPose& before = poses_[poses_.size() - 2];
-  const double elapsed_s = Seconds(last.stamp - before.stamp);
-  if (elapsed_s <= 0) return X_WB;
-  Pose predicted = last.X_WB;
-  predicted.translation() += (last.X_WB.translation() - before.X_WB.translation()) *
-                             (Seconds(stamp - last.stamp) / elapsed_s);
-  return predicted;
+// A line through the poses, by least squares.
+TrackedBody::Speed TrackedBody::SpeedOfPoses() const {
+  Speed speed;
+  const auto count = static_cast<double>(poses_.size());
+  if (count < 3) return speed;
+  const Pose& X_WB_first = poses_.front().X_WB;
+  double mean_time_s = 0;
+  Vector6 mean = Vector6::Zero();
+  std::vector<std::pair<double, Vector6>> motions;
+  for (const StampedPose& pose : poses_) {
+    const Eigen::AngleAxisd turn(pose.X_WB.linear() * X_WB_first.linear().transpose());
+    Vector6 motion;
+    motion << pose.X_WB.translation() - X_WB_first.translation(),
+        surface_->lever_m() * turn.angle() * turn.axis();
+    motions.emplace_back(Seconds(pose.stamp - poses_.front().stamp), motion);
+    mean_time_s += motions.back().first / count;
+    mean += motion / count;
+  }
+  double spread = 0;
+  for (const auto& [time_s, motion] : motions) {
+    spread += (time_s - mean_time_s) * (time_s - mean_time_s);
+    speed.mean += (time_s - mean_time_s) * (motion - mean);
+  }
+  if (spread <= 0) return {};
+  speed.mean /= spread;
+  for (const auto& [time_s, motion] : motions) {
+    speed.sigma += (motion - mean - (time_s - mean_time_s) * speed.mean).cwiseAbs2();
+  }
+  speed.sigma = (speed.sigma / (count - 2) / spread).cwiseSqrt();
+  return speed;
 }
 
-// The speed of the fastest surface point over the kept poses.
-double TrackedBody::SpeedOver_mps() const {
-  const double elapsed_s = Seconds(poses_.back().stamp - poses_.front().stamp);
-  if (elapsed_s <= 0) return 0;
-  return LargestShift_m(*surface_, poses_.front().X_WB, poses_.back().X_WB) / elapsed_s;
+// The body moves as slowly as a thing at rest may seem to, or no faster than its poses scatter.
+bool TrackedBody::HasSettled() const {
+  const Speed speed = SpeedOfPoses();
+  const auto is_slow = [&](int i, double limit) {
+    return std::abs(speed.mean[i]) < std::max(limit, kGate_sigma * speed.sigma[i]);
+  };
+  for (int i = 0; i < 3; ++i) {
+    if (!is_slow(i, kSettled_mps) || !is_slow(i + 3, kSettled_radps * surface_->lever_m())) {
+      return false;
+    }
+  }
+  return true;
+}
+
+Pose TrackedBody::Predicted(Stamp stamp, const Pose& X_WB) const {
+  if (poses_.size() < 2) return X_WB;
+  const Speed speed = SpeedOfPoses();
+  // A speed that the scatter of the poses explains is none: directions that the points hardly
+  // determine would drift with it.
+  Vector3 velocity = Vector3::Zero();
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(speed.mean[i]) >= kGate_sigma * speed.sigma[i]) velocity[i] = speed.mean[i];
+  }
+  if (poses_.size() == 2) {
+    const double elapsed_s = Seconds(poses_[1].stamp - poses_[0].stamp);
+    if (elapsed_s <= 0) return X_WB;
+    velocity = (poses_[1].X_WB.translation() - poses_[0].X_WB.translation()) / elapsed_s;
+  }
+  Pose predicted = poses_.back().X_WB;
+  predicted.translation() += velocity * Seconds(stamp - poses_.back().stamp);
+  return predicted;
 }
 
 std::optional<Pose> TrackedBody::Rest() {
@@ -181,13 +229,12 @@ std::optional<Pose> TrackedBody::Follow(Stamp stamp, const Pose& X_WB,
   poses_.push_back({stamp, fit.value_or(X_WB)});
   while (poses_.size() > 2 && stamp - poses_[1].stamp >= kSpeedWindow) poses_.pop_front();
   const bool knows_speed = stamp - poses_.front().stamp >= kSettling / 2;
-  const double settled_mps = kSettled_mps + kRotation_radps * surface_->lever_m();
   if (facts_.motion == Motion::kMoving) {
-    if (knows_speed && SpeedOver_mps() < settled_mps) {
+    if (knows_speed && HasSettled()) {
       facts_.motion = Motion::kSettling;
       settles_since_ = stamp;
     }
-  } else if (SpeedOver_mps() >= settled_mps) {
+  } else if (!HasSettled()) {
     facts_.motion = Motion::kMoving;
   } else if (stamp - settles_since_ >= kSettling) {
     return Rest();

@@ -52,8 +52,14 @@ class TrackedBody {
   bool IsLostForLong(Stamp stamp);
   std::optional<Pose> SmallShift(const FrameEvidence& frame, const BodyEvidence& evidence,
                                  const KnownBody& body, SensorEvidence& sensor) const;
+  // The mean motion over the kept poses, each component in m/s, turns at the body's lever.
+  struct Speed {
+    Vector6 mean = Vector6::Zero();
+    Vector6 sigma = Vector6::Zero();  // its standard deviations, by the scatter of the poses
+  };
+  Speed SpeedOfPoses() const;
+  bool HasSettled() const;
   Pose Predicted(Stamp stamp, const Pose& X_WB) const;
-  double SpeedOver_mps() const;
   std::optional<Pose> Follow(Stamp stamp, const Pose& X_WB, const std::optional<Pose>& fit);
   std::optional<Pose> Rest();
   void JoinVisibility();

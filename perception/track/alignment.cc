@@ -15,6 +15,8 @@ constexpr double kConverged_m = 1e-5;
 // chosen: the damping as a share of the total weight of all points in one direction. A direction
 // that less than a thousandth of them determine moves slowly, so that noise does not turn a can.
 constexpr double kDamping = 0.001;
+// chosen: the error of a predicted turn as a share of that of a predicted shift.
+constexpr double kTurnShare = 0.25;
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
@@ -127,6 +129,26 @@ Pose Align(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& sur
 Pose AlignTranslation(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
                       const Pose& X_LO_guess, double gate_m) {
   return AlignWith(points_L, surface, X_LO_guess, gate_m, Freedom::kTranslation);
+}
+
+Pose WithPrediction(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
+                    const Pose& X_LO_aligned, const Pose& X_LO_predicted, double gate_m,
+                    double point_sigma_m, double prior_sigma_m) {
+  if (points_L.empty()) return X_LO_predicted;
+  const Lever lever = LeverOf(points_L);
+  const Normals sums = Linearise(points_L, surface, X_LO_aligned, lever, gate_m);
+  // The step from the predicted pose to the aligned one.
+  const Pose between = X_LO_aligned * X_LO_predicted.inverse();
+  const Eigen::AngleAxisd turn(between.linear());
+  Vector6 step;
+  step << between * lever.center_L - lever.center_L, lever.length_m * turn.angle() * turn.axis();
+  const Matrix6 measured = sums.information / (point_sigma_m * point_sigma_m);
+  Vector6 prior;  // things slide rather than turn, where the points leave the choice
+  prior << Vector3::Constant(1), Vector3::Constant(1 / (kTurnShare * kTurnShare));
+  const Matrix6 all = measured + Matrix6(prior.asDiagonal()) / (prior_sigma_m * prior_sigma_m);
+  const Vector6 likely = all.ldlt().solve(measured * step);
+  // Moved turns about the centre of the points, which the predicted pose also places.
+  return Moved(X_LO_predicted, likely, lever);
 }
 
 }  // namespace cwm::perception

@@ -28,4 +28,13 @@ Pose Align(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& sur
 Pose AlignTranslation(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
                       const Pose& X_LO_guess, double gate_m);
 
+// The pose between an aligned and a predicted one that is most likely, given their errors: each
+// point says `1 / point_sigma_m^2` about the aligned pose, and the prediction is good to
+// `prior_sigma_m` in each direction, and to a quarter of it in turns, as lengths at the points.
+// Directions that the points
+// hardly determine follow the prediction.
+Pose WithPrediction(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
+                    const Pose& X_LO_aligned, const Pose& X_LO_predicted, double gate_m,
+                    double point_sigma_m, double prior_sigma_m);
+
 }  // namespace cwm::perception
