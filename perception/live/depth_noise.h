@@ -37,7 +37,7 @@ class DepthNoise {
   const Entry& At(float depth_m) const {
     const float place = depth_m * per_m_;
     const auto last = static_cast<float>(table_.size() - 1);
-    return table_[static_cast<std::size_t>(place < last ? place : last)];
+    return table_[static_cast<std::size_t>(place > 0 ? std::min(place, last) : 0)];
   }
 
   SensorNoise noise_;
