@@ -53,7 +53,8 @@ inline constexpr int kBesideOutline_px = 4;
 void MarkHotBodies(const FrameClasses& classes, const std::vector<BodyId>& body,
                    std::span<BodyEvidence> evidence);
 
-// The points that may be of a body that is seen in `seen_pixels` pixels: see BodyEvidence::points_L.
+// The points that may be of a body, which is seen in `seen_pixels` pixels: see
+// BodyEvidence::points_L.
 std::vector<Eigen::Vector3f> PointsOfBody(BodyId id, int seen_pixels, const ExpectedView& view,
                                           const DepthImage& image, const DepthCamera& camera,
                                           const FrameClasses& classes, const PixelRays& rays);

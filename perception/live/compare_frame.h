@@ -34,8 +34,8 @@ class BodyPixels {
   std::vector<PixelCounts> counts_;
 };
 
-// The counts of a block's pixels; `was_over` keeps the blocks that were hot by their own counts, which
-// stay hot with half as many.
+// The counts of a block's pixels; `was_over` keeps the blocks that were hot by their own counts,
+// which stay hot with half as many.
 struct BlockCounts {
   std::vector<std::uint8_t> nearer, farther;
   std::vector<std::uint8_t> was_over;
