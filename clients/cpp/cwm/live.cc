@@ -71,8 +71,7 @@ v1::SensorFrame ToMessage(const FrameInfo& frame) {
   return message;
 }
 
-template <class Names>
-std::vector<std::string> Strings(const Names& names) {
+std::vector<std::string> NamesFrom(const google::protobuf::RepeatedPtrField<std::string>& names) {
   return {names.begin(), names.end()};
 }
 
@@ -86,11 +85,11 @@ FrameResult FromMessage(const v1::StreamCloudsResponse& message) {
                      .message = message.message(),
                      .world_uid = message.world_uid(),
                      .revision = message.revision(),
-                     .changes = {.added = Strings(changes.added()),
-                                 .moved = Strings(changes.moved()),
-                                 .replaced = Strings(changes.replaced()),
-                                 .removed = Strings(changes.removed()),
-                                 .movers = Strings(changes.movers())},
+                     .changes = {.added = NamesFrom(changes.added()),
+                                 .moved = NamesFrom(changes.moved()),
+                                 .replaced = NamesFrom(changes.replaced()),
+                                 .removed = NamesFrom(changes.removed()),
+                                 .movers = NamesFrom(changes.movers())},
                      .pixels = {.consistent = pixels.consistent(),
                                 .nearer = pixels.nearer(),
                                 .farther = pixels.farther(),
@@ -133,7 +132,7 @@ Sensor FromMessage(const v1::Sensor& message) {
                                          .surface_count = estimate.surface_count()};
   }
   if (message.has_delay_ms()) sensor.delay_ms = message.delay_ms();
-  sensor.conflicts = Strings(message.conflicts());
+  sensor.conflicts = NamesFrom(message.conflicts());
   return sensor;
 }
 
