@@ -50,9 +50,11 @@ struct View {
     return truth.pixels[pixel].object >= scene.thing_count();
   }
   Vector3 Point(std::size_t pixel) const {
-    const auto u = static_cast<double>(pixel % static_cast<std::size_t>(image.width));
-    const auto v = static_cast<double>(pixel / static_cast<std::size_t>(image.width));
-    return scene.pinhole.X_WC * Vector3(image.depth_m[pixel] * RayDirection(scene.pinhole, u, v));
+    const auto width = static_cast<std::size_t>(image.width);
+    const std::size_t u = pixel % width, v = pixel / width;
+    return scene.pinhole.X_WC *
+           Vector3(image.depth_m[pixel] *
+                   RayDirection(scene.pinhole, static_cast<double>(u), static_cast<double>(v)));
   }
   // The signed distance of a pixel's point from the nearest link.
   double RobotDistance_m(std::size_t pixel) const {
