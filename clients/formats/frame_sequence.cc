@@ -227,8 +227,9 @@ absl::Status ForEachLine(const fs::path& path, const Take& take) {
 absl::Status ReadFrameList(const fs::path& path, std::vector<SequenceFrame>& frames) {
   return ForEachLine(path, [&](std::string_view text, const std::string& source) {
     auto frame = ParseFrameLine(text, path.parent_path().string(), source);
-    if (frame.ok()) frames.push_back(**std::move(frame));
-    return frame.status();
+    if (!frame.ok()) return frame.status();
+    frames.push_back(**std::move(frame));
+    return absl::OkStatus();
   });
 }
 
@@ -237,8 +238,9 @@ absl::Status ReadStateList(const fs::path& path, std::vector<SequenceState>& sta
     const auto line = JsonLine::Parse(text, source);
     if (!line.ok()) return line.status();
     auto state = StateOf(*line, source);
-    if (state.ok()) states.push_back(*std::move(state));
-    return state.status();
+    if (!state.ok()) return state.status();
+    states.push_back(*std::move(state));
+    return absl::OkStatus();
   });
 }
 
