@@ -190,9 +190,10 @@ std::vector<double> PandaSweep::HandDistances_m(const SweepFrame& frame) const {
   for (std::size_t pixel = 0; pixel < frame.object.size(); ++pixel) {
     const std::int32_t object = frame.object[pixel];
     if (object < 0 || IsRobot(object)) continue;
-    const double u = static_cast<double>(pixel % static_cast<std::size_t>(pinhole_.width));
-    const double v = static_cast<double>(pixel / static_cast<std::size_t>(pinhole_.width));
-    const Vector3 p_W = X_WC() * Vector3(frame.image.depth_m[pixel] * RayDirection(pinhole_, u, v));
+    const auto width = static_cast<std::size_t>(pinhole_.width);
+    const std::size_t u = pixel % width, v = pixel / width;
+    const Vector3 ray_C = RayDirection(pinhole_, static_cast<double>(u), static_cast<double>(v));
+    const Vector3 p_W = X_WC() * Vector3(frame.image.depth_m[pixel] * ray_C);
     double& distance_m = distances_m[static_cast<std::size_t>(object)];
     for (const int link : hand_links_) {
       const auto index = static_cast<std::size_t>(link);

@@ -15,8 +15,6 @@
 namespace cwm::benchmarks {
 namespace {
 
-using perception::PixelClass;
-
 constexpr double kFrameTime_s = 1.0 / 30;
 // chosen: a frame with more pixels of the robot than this in the world has failed.
 constexpr int kMaxLeftPixels = 8;
