@@ -55,12 +55,12 @@ long ExplainedPixels(const perception::SequenceRenderer& renderer, const TrueFra
 }  // namespace
 
 void MeasureLiveArm(Report& report) {
-  constexpr double kDuration_s = 30, kClock_s = 0.005;
+  constexpr double kRest_s = 12, kDuration_s = kRest_s + 24, kClock_s = 0.005;
   const auto robot = ReadBenchRobot();
   if (!robot.ok()) return report.Fail("no robot: " + robot.status().ToString());
   SequenceScript script = TableScript({.thing_count = 15, .duration_s = kDuration_s, .seed = 5});
   script.robots.push_back(
-      SimulateRobot(*robot, SweepingTrajectory(*robot, kDuration_s, kSpeed_m_s)));
+      SimulateRobot(*robot, SweepingTrajectory(*robot, kRest_s, kDuration_s, kSpeed_m_s)));
   script.robots.front().states.clock_offset_s = kClock_s;
   const perception::SequenceRenderer renderer(script);
   auto frames = RenderFrames(renderer, 0, 0, static_cast<int>(kDuration_s * 30),
@@ -85,7 +85,12 @@ void MeasureLiveArm(Report& report) {
   std::this_thread::sleep_for(std::chrono::duration<double>(frames.front().frame.stamp_s - now_s));
   const auto recording = Record(world, sensor, script, kFirstThing, frames);
   if (!recording) return report.Fail("the stream ended: " + sensor.Finish());
-  const std::size_t from = std::min<std::size_t>(60, recording->timeline.size());
+  // The world is interpreted while the robot stands still.
+  const auto sweeps = std::ranges::find_if(recording->timeline, [&](const Moment& moment) {
+    return moment.stamp_s >= script.start_stamp_s + offset_s + kRest_s;
+  });
+  const auto from = static_cast<std::size_t>(sweeps - recording->timeline.begin());
+  if (from == recording->timeline.size()) return report.Fail("no frame of the sweep was processed");
   long failed = 0, robot_pixels = 0, asked = 0, kept = 0, reserved = 0;
   for (std::size_t m = from; m < recording->timeline.size(); ++m) {
     const Moment& moment = recording->timeline[m];

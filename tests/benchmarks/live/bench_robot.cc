@@ -1,5 +1,6 @@
 #include "tests/benchmarks/live/bench_robot.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -132,8 +133,8 @@ perception::SimulatedRobot SimulateRobot(const BenchRobot& robot,
   return simulated;
 }
 
-perception::JointTrajectory SweepingTrajectory(const BenchRobot& robot, double duration_s,
-                                               double speed_m_s) {
+perception::JointTrajectory SweepingTrajectory(const BenchRobot& robot, double rest_s,
+                                               double duration_s, double speed_m_s) {
   constexpr double kAmplitude_rad = 0.7;
   constexpr double kStep_s = 0.05;  // between the knots
   std::vector<Pose> X_WL(robot.model->links.size());
@@ -144,7 +145,7 @@ perception::JointTrajectory SweepingTrajectory(const BenchRobot& robot, double d
   perception::JointTrajectory trajectory;
   for (double time_s = 0; time_s <= duration_s + kStep_s; time_s += kStep_s) {
     std::vector<double> row = robot.ready;
-    row[0] += kAmplitude_rad * std::sin(rate_rad_s * time_s);
+    row[0] += kAmplitude_rad * std::sin(rate_rad_s * std::max(0.0, time_s - rest_s));
     trajectory.times_s.push_back(time_s);
     trajectory.rows.push_back(std::move(row));
   }

@@ -35,9 +35,10 @@ Pose RobotBase();
 perception::SimulatedRobot SimulateRobot(const BenchRobot& robot,
                                          perception::JointTrajectory trajectory);
 
-// Sweeps from side to side over the table, for the given time; the hand reaches `speed_m_s`.
-perception::JointTrajectory SweepingTrajectory(const BenchRobot& robot, double duration_s,
-                                               double speed_m_s);
+// Stands still for `rest_s`, then sweeps from side to side over the table until `duration_s`; the
+// hand reaches `speed_m_s`.
+perception::JointTrajectory SweepingTrajectory(const BenchRobot& robot, double rest_s,
+                                               double duration_s, double speed_m_s);
 
 // Puts the robot into a world, at RobotBase and in the given state.
 absl::Status LoadBenchRobot(const client::Connection& connection, const std::string& world,

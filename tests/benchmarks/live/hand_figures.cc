@@ -18,7 +18,8 @@ using perception::SequenceScript;
 
 constexpr double kNear_m = 0.03;
 constexpr double kFirst_s = 4;
-constexpr int kPointStep = 7;  // one of so many pixels of the hand is measured
+constexpr int kStillFrames = 60;  // before any hand
+constexpr int kPointStep = 7;     // one of so many pixels of the hand is measured
 
 // A hand pushes one thing, takes another, and puts it back beside its place.
 SequenceScript HandOverTable() {
@@ -154,14 +155,15 @@ void MeasureLiveHand(Report& report) {
                              /*keeps_bodies=*/true);
   LiveWorld world;
   if (!world.up()) return report.Fail("the server does not come up");
-  MoveToPresent(frames);
+  std::vector<TrueFrame> still(frames.begin(), frames.begin() + kStillFrames);
+  frames.erase(frames.begin(), frames.begin() + kStillFrames);
   LiveSensor& sensor = world.AddSensor("camera_1", frames.front().frame);
-  if (!sensor.SendAndWait(frames.front().frame)) {
-    return report.Fail("the stream ended: " + sensor.Finish());
+  if (const std::string error = Settle(world, sensor, still); !error.empty()) {
+    return report.Fail(error);
   }
-  frames.erase(frames.begin());
   MoveToPresent(frames);
-  const double first_stamp_s = frames.front().frame.stamp_s - 1.0 / 30;  // of the script's time 0
+  // Of the script's time 0.
+  const double first_stamp_s = frames.front().frame.stamp_s - kStillFrames / 30.0;
   const auto recording = Record(world, sensor, script, kFirstThing, frames);
   if (!recording) return report.Fail("the stream ended: " + sensor.Finish());
   HandSums sums;
@@ -187,7 +189,7 @@ void MeasureLiveHand(Report& report) {
                                " times from the first frame without the hand to that without a "
                                "mover"},
                        66));
-  const ChangeVerdict changes = JudgeChanges(recording->timeline, 60);
+  const ChangeVerdict changes = JudgeChanges(recording->timeline, 1);
   for (const std::string& line : changes.lines) report.Detail("  hand: " + line);
   const ChangeCounts& unfounded = changes.unfounded;
   report.Add(WithLimit({.key = "live_movers_shapes",

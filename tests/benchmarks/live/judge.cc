@@ -25,12 +25,12 @@ bool MayBe(const PublishedThing& published, const TrueThing& thing) {
          (published.center_W - thing.center_W).norm() <= kMaxCenterShare * thing.diagonal_m;
 }
 
-// True if something is published at the place of the thing, whatever its kind and size. Pieces of a
-// mover are smaller than the thing, which they cover together.
+// True if something is published at the place of the thing, whatever its kind. Pieces of a mover
+// are smaller than the thing, which they cover together; what is much larger is something else.
 bool IsCovered(const Moment& moment, const TrueThing& thing) {
   return std::ranges::any_of(moment.published, [&](const PublishedThing& published) {
-    return (published.center_W - thing.center_W).norm() <=
-           std::max(kMaxCenterShare * thing.diagonal_m, 0.5 * published.diagonal_m);
+    return published.diagonal_m <= kMaxSizeRatio * thing.diagonal_m &&
+           (published.center_W - thing.center_W).norm() <= 0.5 * thing.diagonal_m;
   });
 }
 
@@ -178,8 +178,10 @@ bool Shows(const Timeline& timeline, std::size_t m, const Notice& event,
            const PublishedThing* match_before) {
   const TrueThing& before = timeline[event.moment - 1].truth[event.thing];
   switch (event.kind) {
-    case Notice::Kind::kAdded:
-      return IsCovered(timeline[m], timeline[m].truth[event.thing]);
+    case Notice::Kind::kAdded: {
+      const TrueThing& now = timeline[m].truth[event.thing];
+      return !IsCovered(timeline[event.moment - 1], now) && IsCovered(timeline[m], now);
+    }
     case Notice::Kind::kRemoved:
       return IsCovered(timeline[event.moment - 1], before) && !IsCovered(timeline[m], before);
     case Notice::Kind::kMoved:

@@ -52,8 +52,9 @@ struct Notice {
   std::optional<int> moments = {};
   std::optional<double> time_s = {};
 };
-// All events of visible things from the moment `from` on. Added: any object, of whatever kind,
-// is published at its place. Removed: something was, and nothing is any more. Moved: its object is published as
+// All events of visible things from the moment `from` on. Added: an object of
+// whatever kind, of at most kMaxSizeRatio of its size, is published at its place, and none was
+// before. Removed: one was, and none is any more. Moved: its object is published as
 // moving, or at least half of the distance from where it was published before.
 std::vector<Notice> JudgeNotices(const Timeline& timeline, std::size_t from);
 

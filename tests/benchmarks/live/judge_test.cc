@@ -154,6 +154,19 @@ TEST(Notices, CountMomentsFromTheFirstThatShowsTheEvent) {
   EXPECT_EQ(notices[2].moments, 3);
 }
 
+TEST(Notices, LargeObjectsAndOnesThatWereThereBeforeAreNoNotice) {
+  PublishedThing large = ObjectAt(0, "cupboard");
+  large.diagonal_m = 9 * kDiagonal_m;
+  const auto timeline = TimelineOfOne()
+                            .Then(5, Absent(), {large, ObjectAt(0.01, "ghost")})
+                            .Then(5, ThingAt(0), {large, ObjectAt(0.01, "ghost")})
+                            .Then(5, Absent(), {large, ObjectAt(0.01, "ghost")});
+  const auto notices = JudgeNotices(timeline, 0);
+  ASSERT_THAT(notices, SizeIs(2));
+  EXPECT_FALSE(notices[0].moments);
+  EXPECT_FALSE(notices[1].moments);
+}
+
 TEST(Notices, AMoveOverSeveralMomentsIsOneEvent) {
   TimelineOfOne timeline;
   timeline.Then(5, ThingAt(0), {ObjectAt(0, "a")});

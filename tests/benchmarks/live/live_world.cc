@@ -119,4 +119,22 @@ bool Play(LiveSensor& sensor, const std::vector<TrueFrame>& frames) {
   return sensor.WaitForAnswers(before + frames.size(), kPatience);
 }
 
+std::string Settle(const LiveWorld& world, LiveSensor& sensor, std::vector<TrueFrame>& still) {
+  constexpr double kLimit_s = 40;
+  const auto start = SteadyClock::now();
+  while (SecondsSince(start) < kLimit_s) {
+    const std::int64_t before = world.Revision();
+    const std::size_t first = sensor.sent_count();
+    MoveToPresent(still);
+    if (!Play(sensor, still)) return "the stream ended: " + sensor.Finish();
+    const std::vector<FrameAnswer> answers = sensor.answers();
+    bool is_calm = before > 0 && world.Revision() == before;
+    for (std::size_t i = first; i < answers.size(); ++i) {
+      is_calm = is_calm && !answers[i].response.interpreting();
+    }
+    if (is_calm) return {};
+  }
+  return "the world of a static scene was still being interpreted or changed after 40 s";
+}
+
 }  // namespace cwm::benchmarks

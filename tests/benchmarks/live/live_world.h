@@ -69,4 +69,9 @@ class LiveWorld {
 // all, but never before it sends the next.
 bool Play(LiveSensor& sensor, const std::vector<TrueFrame>& frames);
 
+// Plays still frames again and again until the world holds something, and for a whole round has
+// made no revision and nothing of the view was being interpreted. An error in words if that takes
+// longer than 40 s or the stream ends; empty otherwise.
+std::string Settle(const LiveWorld& world, LiveSensor& sensor, std::vector<TrueFrame>& still);
+
 }  // namespace cwm::benchmarks

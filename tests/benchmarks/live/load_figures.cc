@@ -169,14 +169,11 @@ void MeasureLiveLoad(Report& report) {
   }
   std::vector<LiveSensor*> sensors;
   for (std::size_t i = 0; i < kSensors; ++i) {
-    MoveToPresent(settle[i]);
     sensors.push_back(&world.AddSensor(renderer.script().sensors[i].name, settle[i].front().frame));
-    if (!sensors[i]->SendAndWait(settle[i].front().frame)) {
-      return report.Fail("the stream ended: " + sensors[i]->Finish());
+    if (const std::string error = Settle(world, *sensors[i], settle[i]); !error.empty()) {
+      return report.Fail(error);
     }
-    settle[i].erase(settle[i].begin());
   }
-  if (!PlayAll(sensors, settle)) return report.Fail("a stream ended while the world settled");
   std::vector<std::size_t> first;
   for (const LiveSensor* sensor : sensors) first.push_back(sensor->sent_count());
   std::vector<double> beside_ms, change_ms;

@@ -83,7 +83,8 @@ struct Sums {
   std::size_t frames = 0;
 };
 
-void Add(const Recording& recording, std::size_t from, Sums& sums, Report& report) {
+void Add(const Recording& recording, std::uint64_t seed, Sums& sums, Report& report) {
+  constexpr std::size_t from = 1;
   const Timeline& timeline = recording.timeline;
   for (const Notice& notice : JudgeNotices(timeline, from)) {
     sums.notice_ms[NameOf(notice)].push_back(notice.time_s ? 1e3 * *notice.time_s : kNever_ms);
@@ -92,7 +93,8 @@ void Add(const Recording& recording, std::size_t from, Sums& sums, Report& repor
   for (const double error_m : rests.errors_m) sums.rest_errors_mm.push_back(1e3 * error_m);
   sums.jitter += rests.jitter;
   const ChangeVerdict changes = JudgeChanges(timeline, from);
-  for (const std::string& line : changes.lines) report.Detail("  unfounded: " + line);
+  for (const std::string& line : changes.lines)
+    report.Detail("  unfounded, seed " + std::to_string(seed) + ": " + line);
   const auto add = [](const ChangeCounts& more, ChangeCounts& sum) {
     sum.added += more.added;
     sum.removed += more.removed;
@@ -119,20 +121,20 @@ bool PlaySeed(std::uint64_t seed, Sums& sums, Report& report) {
     report.Fail("the server does not come up");
     return false;
   }
-  MoveToPresent(frames);
+  std::vector<TrueFrame> still(frames.begin(), frames.begin() + 2 * kSecond);
+  frames.erase(frames.begin(), frames.begin() + 2 * kSecond);
   LiveSensor& sensor = world.AddSensor("camera_1", frames.front().frame);
-  if (!sensor.SendAndWait(frames.front().frame)) {  // is interpreted whole
-    report.Fail("the stream ended: " + sensor.Finish());
+  if (const std::string error = Settle(world, sensor, still); !error.empty()) {
+    report.Fail(error);
     return false;
   }
-  frames.erase(frames.begin());
   MoveToPresent(frames);
   const auto recording = Record(world, sensor, script, kFirstThing, frames);
   if (!recording) {
     report.Fail("the stream ended: " + sensor.Finish());
     return false;
   }
-  Add(*recording, std::min<std::size_t>(2 * kSecond, recording->timeline.size()), sums, report);
+  Add(*recording, seed, sums, report);
   return true;
 }
 
