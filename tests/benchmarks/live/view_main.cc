@@ -96,8 +96,10 @@ SimulatedView GridScene(int columns, int rows, double spacing_m) {
                                      Cylinder{width_m / 2, width_m}, Sphere{width_m / 2},
                                      Cone{width_m / 2, width_m / 3, width_m}};
   for (int i = 0; i < columns * rows; ++i) {
-    const double x = spacing_m * (i / columns - 0.5 * (rows - 1));
-    const double y = spacing_m * (i % columns - 0.5 * (columns - 1));
+    const int row = i / columns;
+    const int column = i % columns;
+    const double x = spacing_m * (row - 0.5 * (rows - 1));
+    const double y = spacing_m * (column - 0.5 * (columns - 1));
     add(shapes[static_cast<std::size_t>(i) % shapes.size()], {x, y, width_m / 2});
   }
   return view;

@@ -223,7 +223,7 @@ TEST(SensorView, LeavesThePixelsOfRobotsAlone) {
   sensor.Rest(kLearning, bodies);
   // An arm over the upper half of the image, with a fringe of each class.
   RobotMask robots;
-  robots.pixels.resize(320 * 240, 0);
+  robots.pixels.resize(std::size_t{320} * 240, 0);
   robots.u_end = 320;
   robots.v_end = 120;
   for (int v = 0; v < 120; ++v) {
@@ -231,7 +231,8 @@ TEST(SensorView, LeavesThePixelsOfRobotsAlone) {
                              : v < 110 ? PixelClass::kCarried
                              : v < 115 ? PixelClass::kMixed
                                        : PixelClass::kHidden;
-    std::fill_n(robots.pixels.begin() + v * 320, 320, static_cast<std::uint8_t>(pixel));
+    std::fill_n(robots.pixels.begin() + std::ptrdiff_t{320} * v, 320,
+                static_cast<std::uint8_t>(pixel));
   }
   for (int frame = 0; frame < 40; ++frame) {
     auto image = sensor.Measure();
