@@ -74,20 +74,16 @@ bool StreamCloudsCall::IsOver() const {
 
 void StreamCloudsCall::FinishIfOver() {
   if (is_processing_ || is_writing_) return;
-  const bool has_answer = answers_.contains(next_answer_);
-  absl::Status status;
-  if (client_is_gone_ || stop_.stop_requested()) {
+  const bool is_cancelled = client_is_gone_ || stop_.stop_requested();
+  if (!is_cancelled && answers_.contains(next_answer_)) return;  // it is written first
+  absl::Status status = error_;
+  if (is_cancelled) {
     status = CallCancelled();
-  } else if (has_answer) {
-    return;  // it is written first
-  } else if (!error_.ok()) {
-    status = error_;
-  } else if (runtime_.draining()) {
+  } else if (error_.ok() && runtime_.draining()) {
     status = Draining();
-  } else if (!client_is_done_ || is_reading_ || waiting_.has_value()) {
-    return;
-  } else if (!plan_.has_value()) {
-    status = InvalidField("calibration", "is absent, must come first");
+  } else if (error_.ok()) {
+    if (!client_is_done_ || is_reading_ || waiting_.has_value()) return;
+    if (!plan_.has_value()) status = InvalidField("calibration", "is absent, must come first");
   }
   is_over_ = true;
   status = DrainingIfStopped(status, runtime_);
@@ -247,8 +243,9 @@ void StreamCloudsCall::ProcessWaiting() {
     ended = RunGuarded(
         [&](const CallContext&) {
           auto processed = Process(*frame);
-          if (processed.ok()) outcome = *std::move(processed);
-          return processed.status();
+          if (!processed.ok()) return processed.status();
+          outcome = *std::move(processed);
+          return absl::OkStatus();
         },
         {});
     if (ended.ok()) Answer(frame->number, frame->message, outcome);

@@ -1,6 +1,7 @@
 #include "server/core/live/robots_in_view.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -98,7 +99,7 @@ std::string WrongText(const RobotAtFrame& at, const perception::RobotSighting& s
   const ModelLink& link = at.robot->model().links[static_cast<std::size_t>(sighting.through_link)];
   return absl::StrCat("rays pass through ", at.robot->name, "/", link.name, " in ",
                       sighting.through_pixels, " pixels (",
-                      static_cast<int>(100 * sighting.through_share + 0.5),
+                      std::lround(100 * sighting.through_share),
                       " % of those that must meet it): its state is late, or the calibration of "
                       "the sensor or of the robot is wrong");
 }
