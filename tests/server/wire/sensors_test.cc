@@ -14,10 +14,12 @@
 namespace cwm::server {
 namespace {
 
+using ::testing::FloatEq;
 using ::testing::HasSubstr;
+using ::testing::Pointwise;
 
-constexpr float kNanF = std::numeric_limits<float>::quiet_NaN();
-constexpr float kInfF = std::numeric_limits<float>::infinity();
+constexpr float kNotANumber = std::numeric_limits<float>::quiet_NaN();
+constexpr float kInfinite = std::numeric_limits<float>::infinity();
 
 v1::DepthLayout Layout(v1::DepthType type, int width, int height) {
   v1::DepthLayout layout;
@@ -45,12 +47,12 @@ TEST(WireDepth, DepthsAreInMetresAndNoReturnsAreZero) {
   const std::string bytes = BytesOf<std::uint16_t>({0, 1500, 65534, 65535});
   auto depths = Decode(layout, bytes);
   ASSERT_TRUE(depths.ok()) << depths.status();
-  EXPECT_EQ(*depths, (std::vector<float>{0, 1.5F, 65.534F, 0}));
+  EXPECT_THAT(*depths, Pointwise(FloatEq(), {0.0F, 1.5F, 65.534F, 0.0F}));
   layout.set_unit_m(0.0002);
   depths = Decode(layout, bytes);
   EXPECT_FLOAT_EQ((*depths)[1], 0.3F);
   layout = Layout(v1::DEPTH_TYPE_F32, 3, 2);
-  depths = Decode(layout, BytesOf<float>({kNanF, kInfF, -kInfF, -2, 0, 2.5F}));
+  depths = Decode(layout, BytesOf<float>({kNotANumber, kInfinite, -kInfinite, -2, 0, 2.5F}));
   ASSERT_TRUE(depths.ok());
   EXPECT_EQ(*depths, (std::vector<float>{0, 0, 0, 0, 0, 2.5F}));
   EXPECT_THAT(Decode(layout, "12").status().message(), HasSubstr("data: has 2 bytes"));
