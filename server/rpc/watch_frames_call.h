@@ -15,7 +15,8 @@
 namespace cwm::server {
 
 // Looks for newer frames at its rate, so that frames know nothing of who watches them. As in
-// WatchCall, at most one holder has the turn: a look on the watch queue, or a message being written.
+// WatchCall, at most one holder has the turn: a look on the watch queue, or a message that is being
+// written.
 class WatchFramesCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer>,
                               public std::enable_shared_from_this<WatchFramesCall> {
  public:

@@ -27,8 +27,9 @@ struct DepthPlan {
   }
 };
 
-// Every depth is within range: the caller restricts it. A focal length is positive, from 0.04 to 30
-// edges of the image (170 to 2 degrees), or to 10,000 pixels for a part of an image; the centre is at most one edge off the image.
+// Every depth is within range: the caller restricts it. A focal length is from 0.04 to 30 edges of
+// the image (170 to 2 degrees), or to 10,000 pixels for a part of an image; the centre is at most
+// one edge off the image.
 absl::StatusOr<DepthPlan> DepthPlanFromProto(const v1::DepthLayout& layout, const FieldPath& path);
 
 // The same rules for a pinhole camera and the size of its image.

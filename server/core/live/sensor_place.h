@@ -21,8 +21,8 @@ struct PlaceAtStamp {
   perception::Stamp stamp = {};
 };
 
-// The frame's own pose wins, then the link that carries the sensor, the pose of the calibration, and
-// the one that was given with an earlier scan (`kept`). `before` is the place of the sensor's
+// The frame's own pose wins, then the link that carries the sensor, the pose of the calibration,
+// and the one that was given with an earlier scan (`kept`). `before` is the place of the sensor's
 // previous frame, which tells the speed of a sensor whose frames have poses. FailedPrecondition
 // ROBOT_STATE_MISSING or ROBOT_STATE_STALE if no state tells where the link was; InvalidArgument
 // for "frame.x_world_sensor" if nothing tells the pose.
