@@ -135,7 +135,6 @@ test("the page follows an arm that carries a can while a hand passes by, and slo
   assert.ok(apart(stood, await robotReach()) > 0.1, "the arm stands where it is now");
   assert.ok(await shareOf("robot") > 1, "its points are told apart");
   await until("the hand was shown", async () => await movers() > 0);
-  await page.keepSmall("viewer-live");
   await page.keep("live");
 
   await at(rests_s);
@@ -159,7 +158,7 @@ test("the page follows an arm that carries a can while a hand passes by, and slo
   assert.equal((await facts()).live_frames, hidden, "nobody looks");
   await setHidden(false);
   await until("points came again", async () => (await facts()).live_frames > hidden);
-  assert.ok((await facts()).picture_latency !== null);
+  await until("the picture's age was told", async () => (await facts()).picture_latency !== null);
 
   await streamed;
   await until("the sensor had stopped", async () => /stopped/.test(await page.page.textContent(".stream") ?? ""));
