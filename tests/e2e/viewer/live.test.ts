@@ -135,6 +135,7 @@ test("the page follows an arm that carries a can while a hand passes by, and slo
   assert.ok(apart(stood, await robotReach()) > 0.1, "the arm stands where it is now");
   assert.ok(await shareOf("robot") > 1, "its points are told apart");
   await until("the hand was shown", async () => await movers() > 0);
+  await page.keepSmall("viewer-live");
   await page.keep("live");
 
   await at(rests_s);
