@@ -5,6 +5,8 @@
 #include <cstring>
 #include <limits>
 
+#include "perception/live/pixel_rays.h"
+
 namespace cwm::perception {
 namespace {
 
@@ -60,13 +62,16 @@ void Overlay(const RobotMask& robots, const DepthCamera& camera, std::uint8_t* c
 // The class of a depth that is outside of the gates.
 class DeviationJudge {
  public:
-  explicit DeviationJudge(const KnownView& known) : known_(known) {}
+  DeviationJudge(const KnownView& known, const DepthCamera& camera)
+      : known_(known), width_(camera.width), rays_(camera, known.X_WC) {}
 
   PixelClass At(std::size_t i, float z) const {
     if (known_.reference != nullptr && known_.reference->Knows(i)) {
       return z < known_.reference->low_m()[i] ? PixelClass::kNearer : PixelClass::kFarther;
     }
-    if (z < known_.gates->low_m()[i]) return PixelClass::kNearer;
+    if (z < known_.gates->low_m()[i]) {
+      return WasSeen(i, z) ? PixelClass::kConsistent : PixelClass::kNearer;
+    }
     return z <= known_.gates->high_m()[i] ? PixelClass::kConsistent : PixelClass::kFarther;
   }
 
@@ -76,7 +81,16 @@ class DeviationJudge {
   }
 
  private:
+  bool WasSeen(std::size_t i, float z) const {
+    if (known_.seen == nullptr) return false;
+    const auto u = static_cast<int>(i % static_cast<std::size_t>(width_));
+    const auto v = static_cast<int>(i / static_cast<std::size_t>(width_));
+    return known_.seen->IsKnown(known_.X_WC.translation() + rays_.Point(u, v, z).cast<double>());
+  }
+
   const KnownView& known_;
+  const int width_;
+  const PixelRays rays_;
 };
 
 void Increment(std::uint8_t& count) { ++count; }  // a block has at most 64 pixels
@@ -118,7 +132,7 @@ void CompareFrame(const DepthImage& image, const DepthCamera& camera, const Know
   CompareWithGates(depth_m, low_m.data(), high_m.data(), pixel_count, bytes);
   Overlay(robots, camera, bytes);
 
-  const DeviationJudge judge(known);
+  const DeviationJudge judge(known, camera);
   const std::vector<BodyId>& bodies = *known.body;
   PixelCounts counts = {};
   std::int64_t inconsistent = 0;

@@ -9,6 +9,7 @@
 #include "perception/live/known_body.h"
 #include "perception/live/reference_image.h"
 #include "perception/live/robot_mask.h"
+#include "perception/live/seen_surface.h"
 
 namespace cwm::perception {
 
@@ -20,6 +21,9 @@ struct KnownView {
   // The sensor has just begun to learn its reference: a pixel in which nothing is known makes no
   // block hot.
   bool is_first = false;
+  // Only for a sensor that moves: what it saw before is consistent, modelled or not.
+  const SeenSurface* seen = nullptr;
+  Pose X_WC = Pose::Identity();  // used with `seen`
 };
 
 // Pixels by body and class; those of bodies that are not in view are 0.

@@ -107,8 +107,7 @@ HotRegion HotRegions::Describe(std::vector<std::int32_t> blocks, const DepthImag
     }
   }
   std::ranges::sort(region.bodies);
-  region.bodies.erase(std::unique(region.bodies.begin(), region.bodies.end()),
-                      region.bodies.end());
+  region.bodies.erase(std::unique(region.bodies.begin(), region.bodies.end()), region.bodies.end());
   region.blocks = std::move(blocks);
   return region;
 }

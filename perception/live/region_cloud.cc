@@ -20,12 +20,15 @@ bool IsOfWorld(PixelClass pixel) {
          pixel != PixelClass::kHidden;
 }
 
-// Tells the points of bodies outside the region.
+// Tells the points of bodies outside the region: of their supports, or of all others.
 class OtherBodies {
  public:
-  OtherBodies(const FrameEvidence& frame, std::span<const KnownBody> bodies) : frame_(frame) {
+  enum class Which { kSupports, kOthers };
+  OtherBodies(const FrameEvidence& frame, std::span<const KnownBody> bodies, Which which)
+      : frame_(frame) {
     for (const KnownBody& body : bodies) {
-      if (body.kind == KnownBody::Kind::kSupport) continue;  // it bears what the region shows
+      const bool is_support = body.kind == KnownBody::Kind::kSupport;
+      if (is_support != (which == Which::kSupports)) continue;
       others_.push_back({ModelSurface(*body.model, kExplainedWithin_m), body.X_WB.inverse(),
                          TightBounds(*body.model, body.X_WB)});
     }
@@ -102,8 +105,9 @@ PointCloud RegionCloud(const FrameEvidence& frame, const RegionRequest& request,
   const std::vector<std::uint8_t> windows = request.is_whole_view
                                                 ? std::vector<std::uint8_t>(image.depth_m.size(), 2)
                                                 : Windows(frame, request);
-  const OtherBodies other_bodies(frame,
-                                 request.is_whole_view ? std::span<const KnownBody>() : others);
+  if (request.is_whole_view) others = {};
+  const OtherBodies supports(frame, others, OtherBodies::Which::kSupports);
+  const OtherBodies other_bodies(frame, others, OtherBodies::Which::kOthers);
   const Pinhole& pinhole = frame.camera.pinhole;
   for (int v = 0; v < image.height; ++v) {
     for (int u = 0; u < image.width; ++u) {
@@ -112,6 +116,10 @@ PointCloud RegionCloud(const FrameEvidence& frame, const RegionRequest& request,
       if (windows[i] == 0 || depth_m == 0 || !IsOfWorld(frame.classes->pixels[i])) continue;
       const Vector3 p_C((u - pinhole.center_u_px) / pinhole.focal_u_px * depth_m,
                         (v - pinhole.center_v_px) / pinhole.focal_v_px * depth_m, depth_m);
+      const bool is_context = windows[i] == 1;
+      if (is_context && request.is_new_surface && !supports.Explain(frame.X_WC * p_C, depth_m)) {
+        continue;
+      }
       // A changed pixel is never that of a body that did not change.
       const bool has_changed =
           windows[i] == 2 && frame.classes->pixels[i] != PixelClass::kConsistent;

@@ -15,6 +15,10 @@
 
 namespace cwm::perception {
 
+namespace {
+constexpr float kNothing_m = std::numeric_limits<float>::infinity();
+}  // namespace
+
 struct SensorView::State {
   // A body's template follows the reference while that is learnt, and later its slow changes.
   struct BodyView {
@@ -59,7 +63,8 @@ struct SensorView::State {
                     const RobotMask& robots);
   void ChangePixel(std::size_t i, float depth_m, std::span<const BodyId> moved);
   // Whether the reference of a pixel still holds though another depth or body is expected.
-  bool StillHolds(std::size_t i, float depth_m, float expected_now_m) const;
+  // `is_asserted`: a body is expected there because it moved there; else it was modelled anew.
+  bool StillHolds(std::size_t i, float depth_m, bool is_asserted) const;
   void MarkChanged(BodyId id);
   // Whether the body was given another pose some frames ago: it moves.
   bool HasJustMoved(BodyId id) const {
@@ -78,6 +83,7 @@ struct SensorView::State {
   ExpectedGates gates;
   ReferenceImage reference;
   HotRegions regions;
+  SeenSurface seen;
   BodyPixels by_body;
   BlockCounts blocks;
 
@@ -115,10 +121,11 @@ void SensorView::State::MarkChanged(BodyId id) {
   bodies_in_view[id].frames_since_change = 0;
 }
 
-bool SensorView::State::StillHolds(std::size_t i, float depth_m, float expected_now_m) const {
+bool SensorView::State::StillHolds(std::size_t i, float depth_m, bool is_asserted) const {
   const bool looks_the_same = depth_m >= reference.low_m()[i] && depth_m <= reference.high_m()[i];
   if (depth_m != 0 && !looks_the_same) return false;
-  if (expected_now_m == std::numeric_limits<float>::infinity()) return looks_the_same;
+  // A new model is as good as what it was made of: a pixel in which it errs shows no change.
+  if (!is_asserted && (looks_the_same || expected_m[i] == kNothing_m)) return looks_the_same;
   const float mean_m = reference.mean_m()[i];
   return mean_m >= gates.low_m()[i] && mean_m <= gates.high_m()[i];
 }
@@ -139,7 +146,7 @@ void SensorView::State::ChangePixel(std::size_t i, float depth_m, std::span<cons
       std::abs(reference.mean_m()[i] - before_m) <= noise.Explained_m(before_m);
   if (moves_with_body) {
     reference.Shift(i, expected_m[i] - before_m);
-  } else if (!StillHolds(i, depth_m, expected_m[i])) {
+  } else if (!StillHolds(i, depth_m, std::ranges::binary_search(moved, body[i]))) {
     reference.ForgetPixel(i);
   }
 }
@@ -274,7 +281,9 @@ FrameEvidence SensorView::Observe(const SensorFrame& frame, std::span<const Know
                            .body = &state.body,
                            .gates = &state.gates,
                            .reference = state.is_moving ? nullptr : &state.reference,
-                           .is_first = !state.is_moving && !state.reference.usable()};
+                           .is_first = !state.is_moving && !state.reference.usable(),
+                           .seen = state.is_moving && !state.seen.empty() ? &state.seen : nullptr,
+                           .X_WC = frame.X_WC};
   CompareFrame(image, camera, known, robots, classes, state.by_body, state.blocks);
 
   FrameEvidence evidence;
@@ -296,6 +305,10 @@ FrameEvidence SensorView::Observe(const SensorFrame& frame, std::span<const Know
   }
   state.image = frame.image;
   return evidence;
+}
+
+void SensorView::Remember(const FrameEvidence& frame, std::span<const std::int32_t> blocks) {
+  state_->seen.Add(frame, blocks);
 }
 
 void SensorView::Accept(std::span<const std::int32_t> blocks) {

@@ -42,6 +42,10 @@ class SensorView {
   FrameEvidence Observe(const SensorFrame& frame, std::span<const KnownBody> bodies,
                         const RobotMask& robots);
 
+  // Remembers what an earlier frame showed in these blocks: it was interpreted. While the sensor
+  // moves, surfaces that were seen before are consistent, modelled or not.
+  void Remember(const FrameEvidence& frame, std::span<const std::int32_t> blocks);
+
   // Takes the last frame as the reference in these blocks: what they show was interpreted, and the
   // world holds what could be told of it. Not in pixels of robots, nor while the sensor moves.
   void Accept(std::span<const std::int32_t> blocks);

@@ -11,6 +11,8 @@ namespace {
 // chosen: a hand that holds still for so long and in so many frames is interpreted as well.
 constexpr double kLeastRest_s = 0.3;
 constexpr int kLeastRestFrames = 5;
+// chosen: a moving sensor is worth an interpretation once it sees so much that it has not seen.
+constexpr int kLeastNewSurface_px = 3000;
 
 bool Intersects(const std::vector<std::int32_t>& a, const std::vector<std::int32_t>& b) {
   auto i = a.begin();
@@ -36,9 +38,25 @@ std::uint64_t TrackedRegions::Ask(const FrameEvidence& frame, std::vector<std::i
   return last_number_;
 }
 
-std::vector<RegionRequest> TrackedRegions::RequestView(const FrameEvidence& frame) {
+std::vector<RegionRequest> TrackedRegions::Request(const FrameEvidence& frame,
+                                                   const IsMoving& is_moving) {
   KeepRest(frame);
-  if (asked_for_view_ || !frame.has_reference) return {};
+  const bool has_moved = has_pose_ && frame.X_WC.matrix() != X_WC_.matrix();
+  has_pose_ = true;
+  X_WC_ = frame.X_WC;
+  if (has_moved) {
+    // Where the sensor comes to stand, its view is another one.
+    knows_view_ = false;
+    asked_for_view_ = false;
+    for (auto& [number, pending] : pending_) pending.is_view = false;
+    return RequestNew(frame);
+  }
+  if (!asked_for_view_) return RequestView(frame);
+  return knows_view_ ? RequestRested(frame, is_moving) : std::vector<RegionRequest>();
+}
+
+std::vector<RegionRequest> TrackedRegions::RequestView(const FrameEvidence& frame) {
+  if (interprets()) return {};  // of the time before the sensor stood still
   asked_for_view_ = true;
   RegionRequest request{.is_whole_view = true};
   request.blocks.resize(frame.classes->hot_blocks.size());
@@ -48,9 +66,22 @@ std::vector<RegionRequest> TrackedRegions::RequestView(const FrameEvidence& fram
   return {std::move(request)};
 }
 
+std::vector<RegionRequest> TrackedRegions::RequestNew(const FrameEvidence& frame) {
+  if (interprets()) return {};
+  RegionRequest request{.is_new_surface = true};
+  int nearer = 0;
+  for (const HotRegion& region : frame.regions) {
+    nearer += region.nearer;
+    request.blocks.insert(request.blocks.end(), region.blocks.begin(), region.blocks.end());
+  }
+  if (nearer < kLeastNewSurface_px) return {};
+  std::ranges::sort(request.blocks);
+  request.number = Ask(frame, request.blocks, false);
+  return {std::move(request)};
+}
+
 std::vector<RegionRequest> TrackedRegions::RequestRested(const FrameEvidence& frame,
                                                          const IsMoving& is_moving) {
-  KeepRest(frame);
   std::vector<RegionRequest> requests;
   for (const HotRegion& region : frame.regions) {
     if (region.rest_s < kLeastRest_s || region.rest_frames < kLeastRestFrames) continue;
@@ -68,7 +99,6 @@ std::vector<RegionRequest> TrackedRegions::RequestRested(const FrameEvidence& fr
 }
 
 void TrackedRegions::KeepRest(const FrameEvidence& frame) {
-  block_count_ = static_cast<std::int32_t>(frame.classes->hot_blocks.size());
   rested_.clear();
   for (const HotRegion& region : frame.regions) {
     for (const std::int32_t block : region.blocks) {

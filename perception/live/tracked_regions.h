@@ -17,14 +17,14 @@ class TrackedRegions {
   // True for a body that moves or settles: its region waits until it rests.
   using IsMoving = std::function<bool(BodyId)>;
 
-  // The interpretation of the whole view, once, when the sensor has a reference.
-  std::vector<RegionRequest> RequestView(const FrameEvidence& frame);
-  // The regions that have come to rest and are not being interpreted.
-  std::vector<RegionRequest> RequestRested(const FrameEvidence& frame, const IsMoving& is_moving);
+  // What should be interpreted beside the frames: the whole view of a sensor that has begun or come
+  // to stand; regions that have come to rest; and, while the sensor moves, surfaces that it sees for
+  // the first time, one request after the other.
+  std::vector<RegionRequest> Request(const FrameEvidence& frame, const IsMoving& is_moving);
   // The blocks of the request that have stayed the same since it was made.
   std::vector<std::int32_t> Finish(std::uint64_t request);
 
-  // True once the whole view was interpreted.
+  // True once the whole view was interpreted, for a sensor that stands still.
   bool knows_view() const { return knows_view_; }
   bool interprets() const { return !pending_.empty(); }
 
@@ -40,15 +40,19 @@ class TrackedRegions {
     Stamp since = {};
   };
 
+  std::vector<RegionRequest> RequestView(const FrameEvidence& frame);
+  std::vector<RegionRequest> RequestRested(const FrameEvidence& frame, const IsMoving& is_moving);
+  std::vector<RegionRequest> RequestNew(const FrameEvidence& frame);
   void KeepRest(const FrameEvidence& frame);
   std::uint64_t Ask(const FrameEvidence& frame, std::vector<std::int32_t> blocks, bool is_view);
 
   bool knows_view_ = false;
   bool asked_for_view_ = false;
+  bool has_pose_ = false;
+  Pose X_WC_ = Pose::Identity();  // of the last frame
   std::uint64_t last_number_ = 0;
   std::map<std::uint64_t, Pending> pending_;
   std::vector<Rested> rested_;  // hot blocks of the last frame, by block
-  std::int32_t block_count_ = 0;
 };
 
 }  // namespace cwm::perception

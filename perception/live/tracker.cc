@@ -137,8 +137,17 @@ StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> 
   StepResult result;
   TrackerState::Sensor& sensor = state_->sensors[frame.sensor];
   ForgetMissing(state_->bodies, bodies);
-  result.requests = sensor.regions.RequestView(frame);
-  if (!sensor.regions.knows_view()) return result;  // all is new until the view was interpreted
+  result.requests = sensor.regions.Request(frame, [this](BodyId id) {
+    const auto found = state_->bodies.find(id);
+    return found != state_->bodies.end() && !found->second.rests();
+  });
+  // Before the view was interpreted all in it is new, and a moving sensor cannot tell what moves
+  // from the errors of its pose.
+  if (!sensor.regions.knows_view() || !frame.has_reference) {
+    if (!sensor.pieces.empty()) result.changes.push_back(MoversChange({}));
+    sensor.pieces.clear();
+    return result;
+  }
 
   const std::vector<PlacedSurface> supports = Supports(frame, bodies, state_->bodies);
   std::vector<PlacedSurface> moved;
@@ -172,11 +181,6 @@ StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> 
     }
     if (tracked.facts() != before) result.facts_changed.push_back(id);
   }
-  std::vector<RegionRequest> rested = sensor.regions.RequestRested(frame, [this](BodyId id) {
-    const auto found = state_->bodies.find(id);
-    return found != state_->bodies.end() && !found->second.rests();
-  });
-  std::ranges::move(rested, std::back_inserter(result.requests));
   auto pieces = NewPieces(UnexplainedPoints(frame, moved), sensor.pieces, frame.X_WC.translation());
   if (pieces) {
     sensor.pieces = *pieces;

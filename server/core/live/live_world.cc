@@ -386,7 +386,10 @@ void LiveWorld::InterpretRegion(const Session& session, const RegionJob& job) {
   for (const std::string& name : outcome->returned) {
     std::erase_if(gone_, [&](const Gone& each) { return each.object->name == name; });
   }
-  if (comparison.view != nullptr && !same.empty()) comparison.view->Accept(same);
+  // Another camera has another view.
+  if (comparison.view == nullptr || comparison.camera != job.frame.camera) return;
+  comparison.view->Remember(job.frame, job.request.blocks);
+  if (!same.empty()) comparison.view->Accept(same);
 }
 
 std::vector<LiveWorld::Session> LiveWorld::Sessions() const {
