@@ -1,6 +1,8 @@
 // A robot in view whose hand sweeps over the things.
 #include <algorithm>
+#include <map>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "tests/benchmarks/live/bench_robot.h"
@@ -91,14 +93,15 @@ void MeasureLiveArm(Report& report) {
   });
   const auto from = static_cast<std::size_t>(sweeps - recording->timeline.begin());
   if (from == recording->timeline.size()) return report.Fail("no frame of the sweep was processed");
-  long failed = 0, robot_pixels = 0, asked = 0, kept = 0, reserved = 0;
+  long failed = 0, robot_pixels = 0, asked = 0, kept = 0;
+  std::map<std::string, long> reasons;
   for (std::size_t m = from; m < recording->timeline.size(); ++m) {
     const Moment& moment = recording->timeline[m];
     const TrueFrame& frame = frames[recording->frames[m]];
     robot_pixels += frame.robot_pixels;
     failed += ExplainedPixels(renderer, frame, InventedBoxes(recording->published[m], moment)) >
               kMaxPixels;
-    reserved += !recording->answers[recording->frames[m]].response.reason().empty();
+    ++reasons[recording->answers[recording->frames[m]].response.reason()];
     for (const int match : MatchThings(moment)) {
       ++asked;
       kept += match >= 0;
@@ -106,10 +109,13 @@ void MeasureLiveArm(Report& report) {
   }
   const auto count = recording->timeline.size() - from;
   if (robot_pixels == 0 || asked == 0) return report.Fail("the robot was not seen");
-  report.Detail("  " + robot->name + " at 0.6 m/s: " + std::to_string(count) + " frames, " +
-                std::to_string(robot_pixels / static_cast<long>(count)) +
-                " pixels of it a frame; " + std::to_string(reserved) +
-                " frames with a reservation");
+  std::string text = "  " + robot->name + " at 0.6 m/s: " + std::to_string(count) + " frames, " +
+                     std::to_string(robot_pixels / static_cast<long>(count)) +
+                     " pixels of it a frame";
+  for (const auto& [reason, frames_of_it] : reasons) {
+    if (!reason.empty()) text += "; " + std::to_string(frames_of_it) + " " + reason;
+  }
+  report.Detail(text);
   report.Add(WithLimit({.key = "live_arm_frames",
                         .value = static_cast<double>(failed),
                         .unit = "1",

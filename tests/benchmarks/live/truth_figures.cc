@@ -86,6 +86,14 @@ struct Sums {
 void Add(const Recording& recording, std::uint64_t seed, Sums& sums, Report& report) {
   constexpr std::size_t from = 1;
   const Timeline& timeline = recording.timeline;
+  if (timeline.empty()) return;
+  const std::vector<int> matches = MatchThings(timeline.front());
+  report.Detail(
+      "  seed " + std::to_string(seed) + ": " +
+      std::to_string(matches.size() - static_cast<std::size_t>(std::ranges::count(matches, -1))) +
+      " of " + std::to_string(matches.size()) +
+      " things are published when the world has settled, with " +
+      std::to_string(timeline.front().published.size()) + " objects");
   for (const Notice& notice : JudgeNotices(timeline, from)) {
     sums.notice_ms[NameOf(notice)].push_back(notice.time_s ? 1e3 * *notice.time_s : kNever_ms);
   }
