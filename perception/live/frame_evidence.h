@@ -57,7 +57,8 @@ struct HotRegion {
   int nearer = 0;                         // pixels
   int farther = 0;
   std::vector<BodyId> bodies = {};  // whose expected pixels it touches, ascending
-  // Time for which its pixels have stayed the same within noise; 0 if they still change.
+  // Time for which the main share of its blocks has stayed the same within noise; 0 if they still
+  // change.
   double rest_s = 0;
   int rest_frames = 0;
   // Points that no known surface explains (kNearer), in the frame L, at most one per 2 x 2 pixels.

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
+
 namespace cwm::perception {
 namespace {
 
@@ -72,18 +74,27 @@ void HotRegions::UpdateRest(const DepthImage& image, const FrameClasses& classes
   }
 }
 
+HotRegions::Rest HotRegions::RestOf(const std::vector<std::int32_t>& blocks) const {
+  std::vector<Rest> rests;
+  rests.reserve(blocks.size());
+  for (const std::int32_t block : blocks) {
+    rests.push_back(rests_[static_cast<std::size_t>(block)]);
+  }
+  const auto shortest = rests.begin() + static_cast<std::ptrdiff_t>(
+                                            (1 - kMainShare) * static_cast<double>(rests.size()));
+  std::ranges::nth_element(rests, shortest, {}, &Rest::frames);
+  return *shortest;
+}
+
 HotRegion HotRegions::Describe(std::vector<std::int32_t> blocks, const DepthImage& image,
                                const FrameClasses& classes, const std::vector<BodyId>& body,
                                const PixelRays& rays, Stamp stamp) const {
   std::ranges::sort(blocks);
   HotRegion region;
-  region.rest_frames = std::numeric_limits<int>::max();
+  const Rest rest = RestOf(blocks);
+  region.rest_frames = rest.frames;
+  region.rest_s = std::chrono::duration<double>(stamp - rest.since).count();
   for (const std::int32_t block : blocks) {
-    const Rest& rest = rests_[static_cast<std::size_t>(block)];
-    if (rest.frames < region.rest_frames) {
-      region.rest_frames = rest.frames;
-      region.rest_s = std::chrono::duration<double>(stamp - rest.since).count();
-    }
     const PixelRectangle pixels = PixelsOf(block);
     BodyId last = kNoBody;
     for (int v = pixels.v_begin; v < pixels.v_end; v += 2) {

@@ -30,6 +30,8 @@ class HotRegions {
     Stamp since = {};
   };
 
+  // The rest of the main share of the blocks: those at outlines flicker between two surfaces.
+  Rest RestOf(const std::vector<std::int32_t>& blocks) const;
   void UpdateRest(const DepthImage& image, const FrameClasses& classes, Stamp stamp, bool is_still);
   PixelRectangle PixelsOf(std::int32_t block) const;
   HotRegion Describe(std::vector<std::int32_t> blocks, const DepthImage& image,

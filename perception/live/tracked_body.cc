@@ -50,6 +50,7 @@ constexpr double kSettled_radps = 0.05;
 constexpr milliseconds kSettling{150};
 constexpr milliseconds kSpeedWindow{200};
 
+constexpr milliseconds kFoundAgain{500};  // chosen: a dozen frames
 // chosen: a body that left all views while it moved is not where it was seen last. Behind something
 // it may be, for as long as others kept such things (Rusu, Sucan et al. 2009: 30 s).
 constexpr milliseconds kMaxLost{1000};
@@ -266,6 +267,7 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
     fit = FitPose(frame, OwnPoints(evidence, supports, within_m), *surface_, body.X_WB,
                   Predicted(frame.stamp, body.X_WB), rests() ? FitFor::kStart : FitFor::kGoOn);
   }
+  if (fit) last_fit_ = frame.stamp;
   Outcome outcome;
   if (!rests()) {
     if (sensor.visibility == Visibility::kVisible) {
@@ -279,7 +281,10 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
     outcome.X_WB = SmallShift(frame, evidence, body, sensor);
   }
   if (!outcome.X_WB) {
-    outcome.is_gone = IsGone(evidence, frame.stamp, sensor) || IsLostForLong(frame.stamp);
+    // A body that moves may be ahead of where it is looked for, and be found again.
+    const bool may_be_found = !rests() && frame.stamp - last_fit_ < kFoundAgain;
+    const bool is_gone = IsGone(evidence, frame.stamp, sensor) && !may_be_found;
+    outcome.is_gone = is_gone || IsLostForLong(frame.stamp);
   }
   return outcome;
 }

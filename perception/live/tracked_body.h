@@ -69,6 +69,7 @@ class TrackedBody {
   std::shared_ptr<const BodySurface> surface_;
   std::deque<StampedPose> poses_;  // of the last moments of a motion, oldest first
   Stamp settles_since_ = {};
+  Stamp last_fit_ = {};  // of the newest frame that confirmed a pose of a motion
   std::optional<Stamp> lost_since_ = {};
 };
 
