@@ -27,7 +27,7 @@ using perception::StateSource;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr Stamp kBegin{std::chrono::hours(400'000)};
+constexpr Stamp kFirstStamp{std::chrono::hours(400'000)};
 
 // Indices of the variables of test_arm.h.
 constexpr int kElbow = 0, kSlide = 1, kGrip = 2, kFloat = 3;
@@ -54,10 +54,10 @@ class RobotStatesTest : public ::testing::Test {
   }
   // Tells the elbow, milliseconds after the beginning.
   RobotStates::Added TellElbow(int at_ms, double value) {
-    return Add({kElbow}, {{.stamp = kBegin + milliseconds(at_ms), .values = {value}}});
+    return Add({kElbow}, {{.stamp = kFirstStamp + milliseconds(at_ms), .values = {value}}});
   }
   RobotStateAt StateAt(double at_ms) const {
-    return states.StateAt(*arm, kBegin + std::chrono::microseconds(std::llround(at_ms * 1e3)));
+    return states.StateAt(*arm, kFirstStamp + std::chrono::microseconds(std::llround(at_ms * 1e3)));
   }
   double ElbowAt(double at_ms) const {
     const RobotStateAt at = StateAt(at_ms);
@@ -107,13 +107,13 @@ TEST_F(RobotStatesTest, ExtrapolateForTwentyMillisecondsAtMost) {
 TEST_F(RobotStatesTest, TheSpeedOfAFastStreamIsThatOverTenMilliseconds) {
   // The last stamp is half a millisecond early.
   for (int i = 0; i < 20; ++i) TellElbow(i, 1e-3 * i);
-  Add({kElbow}, {{.stamp = kBegin + std::chrono::microseconds(19'500), .values = {0.02}}});
+  Add({kElbow}, {{.stamp = kFirstStamp + std::chrono::microseconds(19'500), .values = {0.02}}});
   EXPECT_NEAR(StateAt(25).speeds_per_s[kElbow], 1, 0.11);
 }
 
 TEST_F(RobotStatesTest, ASingleStateIsHeldAndNoneIsMissing) {
   EXPECT_EQ(StateAt(0).reason, "ROBOT_STATE_MISSING");
-  EXPECT_FALSE(states.IsTold(*arm, kBegin));
+  EXPECT_FALSE(states.IsTold(*arm, kFirstStamp));
   TellElbow(0, 0.4);
   EXPECT_EQ(StateAt(0).source, StateSource::kInterpolated);
   const RobotStateAt held = StateAt(20);
@@ -121,8 +121,8 @@ TEST_F(RobotStatesTest, ASingleStateIsHeldAndNoneIsMissing) {
   EXPECT_EQ(held.values[kElbow], 0.4);
   EXPECT_EQ(held.speeds_per_s[kElbow], 0);
   EXPECT_EQ(StateAt(21).reason, "ROBOT_STATE_STALE");
-  EXPECT_TRUE(states.IsTold(*arm, kBegin + seconds(10)));
-  EXPECT_FALSE(states.IsTold(*arm, kBegin + seconds(11))) << "nobody tells it any more";
+  EXPECT_TRUE(states.IsTold(*arm, kFirstStamp + seconds(10)));
+  EXPECT_FALSE(states.IsTold(*arm, kFirstStamp + seconds(11))) << "nobody tells it any more";
   EXPECT_EQ(StateAt(11'000).reason, "ROBOT_STATE_MISSING");
 }
 
@@ -171,20 +171,20 @@ TEST_F(RobotStatesTest, RefuseStampsOfTheFutureAndOfLongAgoByField) {
     std::vector<StampedRobotState> told;
     for (const Stamp stamp : stamps) told.push_back({.stamp = stamp, .values = {0.5}});
     const std::vector<int> elbow = {kElbow};
-    const auto added = states.Add(*arm, elbow, told, kBegin);
+    const auto added = states.Add(*arm, elbow, told, kFirstStamp);
     return added.ok() ? std::string() : std::string(added.status().message());
   };
-  EXPECT_EQ(refusal({kBegin, kBegin + milliseconds(1'500)}),
+  EXPECT_EQ(refusal({kFirstStamp, kFirstStamp + milliseconds(1'500)}),
             "states.stamps[1]: is 1.500 s after the server's clock, must be at most 1 s after it");
   EXPECT_EQ(StateAt(0).reason, "ROBOT_STATE_MISSING") << "all are taken or none";
-  EXPECT_EQ(refusal({kBegin + seconds(1)}), "");
-  EXPECT_EQ(refusal({kBegin - seconds(1)}), "");
-  EXPECT_EQ(refusal({kBegin - milliseconds(1'001)}),
+  EXPECT_EQ(refusal({kFirstStamp + seconds(1)}), "");
+  EXPECT_EQ(refusal({kFirstStamp - seconds(1)}), "");
+  EXPECT_EQ(refusal({kFirstStamp - milliseconds(1'001)}),
             "states.stamps[0]: is 2.001 s before the newest state, must be at most 2 s before it");
   const std::vector<int> both = {kElbow, kSlide};
-  const std::vector<StampedRobotState> narrow = {{.stamp = kBegin, .values = {0.1, 0.2}},
-                                                 {.stamp = kBegin, .values = {0.1}}};
-  const absl::Status width = states.Add(*arm, both, narrow, kBegin).status();
+  const std::vector<StampedRobotState> narrow = {{.stamp = kFirstStamp, .values = {0.1, 0.2}},
+                                                 {.stamp = kFirstStamp, .values = {0.1}}};
+  const absl::Status width = states.Add(*arm, both, narrow, kFirstStamp).status();
   EXPECT_EQ(DetailsOf(width).fields.at(0).field, "states.rows");
   EXPECT_EQ(DetailsOf(width).fields.at(0).description,
             "row 1 has 1 values, must have 2, one for each variable that is told of the robot");
@@ -194,27 +194,27 @@ TEST_F(RobotStatesTest, AStreamThatWasSilentMayBeginAnew) {
   TellElbow(0, 0.1);
   const std::vector<int> elbow = {kElbow};
   const std::vector<StampedRobotState> yesterday = {
-      {.stamp = kBegin - std::chrono::hours(24), .values = {0.7}}};
-  EXPECT_FALSE(states.Add(*arm, elbow, yesterday, kBegin + seconds(10)).ok());
-  EXPECT_TRUE(states.Add(*arm, elbow, yesterday, kBegin + seconds(11)).ok());
+      {.stamp = kFirstStamp - std::chrono::hours(24), .values = {0.7}}};
+  EXPECT_FALSE(states.Add(*arm, elbow, yesterday, kFirstStamp + seconds(10)).ok());
+  EXPECT_TRUE(states.Add(*arm, elbow, yesterday, kFirstStamp + seconds(11)).ok());
   EXPECT_EQ(states.StateAt(*arm, yesterday[0].stamp).values[kElbow], 0.7);
 }
 
 TEST_F(RobotStatesTest, ARobotThatReplacedAnotherHasNone) {
   TellElbow(0, 0.1);
   const collision::WorldRobotPtr other = PlacedArm(7);
-  EXPECT_EQ(states.StateAt(*other, kBegin).reason, "ROBOT_STATE_MISSING");
+  EXPECT_EQ(states.StateAt(*other, kFirstStamp).reason, "ROBOT_STATE_MISSING");
   arm = other;
   TellElbow(0, 0.6);
   EXPECT_EQ(ElbowAt(0), 0.6);
-  EXPECT_EQ(states.StateAt(*PlacedArm(), kBegin).reason, "ROBOT_STATE_MISSING");
+  EXPECT_EQ(states.StateAt(*PlacedArm(), kFirstStamp).reason, "ROBOT_STATE_MISSING");
 }
 
 TEST_F(RobotStatesTest, OfTwoStreamsAreCombined) {
   TellElbow(0, 0.0);
   TellElbow(20, 0.2);
-  Add({kGrip}, {{.stamp = kBegin + milliseconds(5), .values = {0.01}},
-                {.stamp = kBegin + milliseconds(15), .values = {0.03}}});
+  Add({kGrip}, {{.stamp = kFirstStamp + milliseconds(5), .values = {0.01}},
+                {.stamp = kFirstStamp + milliseconds(15), .values = {0.03}}});
   const RobotStateAt at = StateAt(10);
   EXPECT_EQ(at.source, StateSource::kInterpolated);
   EXPECT_NEAR(at.values[kElbow], 0.1, 1e-12);
@@ -222,7 +222,7 @@ TEST_F(RobotStatesTest, OfTwoStreamsAreCombined) {
   EXPECT_EQ(StateAt(20).source, StateSource::kExtrapolated) << "of the gripper";
   EXPECT_EQ(StateAt(36).reason, "ROBOT_STATE_STALE");
   // A stream that tells both takes their place.
-  Add({kGrip, kElbow}, {{.stamp = kBegin + milliseconds(40), .values = {0.04, 0.5}}});
+  Add({kGrip, kElbow}, {{.stamp = kFirstStamp + milliseconds(40), .values = {0.04, 0.5}}});
   EXPECT_EQ(StateAt(10).reason, "ROBOT_STATE_MISSING");
   EXPECT_EQ(ElbowAt(40), 0.5);
 }
@@ -231,8 +231,8 @@ TEST_F(RobotStatesTest, ContinuousJointsTurnTheShorterWay) {
   arm = PlacedArm(1, Arm(Robot(Links("ab") + JointText("wheel", "continuous", "a", "b", "")),
                          "<robot name=\"r\"/>"));
   constexpr double kPi = std::numbers::pi;
-  Add({0}, {{.stamp = kBegin, .values = {kPi - 0.1}},
-            {.stamp = kBegin + milliseconds(10), .values = {-kPi + 0.1}}});
+  Add({0}, {{.stamp = kFirstStamp, .values = {kPi - 0.1}},
+            {.stamp = kFirstStamp + milliseconds(10), .values = {-kPi + 0.1}}});
   EXPECT_NEAR(std::abs(std::remainder(ElbowAt(5), 2 * kPi)), kPi, 1e-12);
   EXPECT_NEAR(StateAt(5).speeds_per_s[0], 20, 1e-9);
   EXPECT_NEAR(std::remainder(ElbowAt(15) - (-kPi + 0.2), 2 * kPi), 0, 1e-12);
@@ -245,8 +245,8 @@ TEST_F(RobotStatesTest, FloatingJointsTurnTheShorterWayToo) {
     return std::vector<double>{
         0.1, 0, 0, 0, 0, sign * std::sin(angle / 2), sign * std::cos(angle / 2)};
   };
-  Add(variables, {{.stamp = kBegin, .values = about_z(0.1, 1)},
-                  {.stamp = kBegin + milliseconds(10), .values = about_z(0.3, -1)}});
+  Add(variables, {{.stamp = kFirstStamp, .values = about_z(0.1, 1)},
+                  {.stamp = kFirstStamp + milliseconds(10), .values = about_z(0.3, -1)}});
   const std::vector<perception::LinkAtStamp> links = LinksAt(arm->model(), StateAt(5));
   const int link = *arm->model().FindLink("free");
   const Pose X_BL = arm->X_WB.inverse() * links[static_cast<std::size_t>(link)].X_WL;
@@ -258,9 +258,10 @@ TEST_F(RobotStatesTest, FloatingJointsTurnTheShorterWayToo) {
 TEST_F(RobotStatesTest, LinksMoveWithTheirJointsAndTheBase) {
   TellElbow(0, 0.0);
   TellElbow(10, 0.01);
-  Add({kSlide},
-      {{.stamp = kBegin, .values = {0.1}, .X_WB = MakeTranslation(0, 0, 0)},
-       {.stamp = kBegin + milliseconds(10), .values = {0.1}, .X_WB = MakeTranslation(0.02, 0, 0)}});
+  Add({kSlide}, {{.stamp = kFirstStamp, .values = {0.1}, .X_WB = MakeTranslation(0, 0, 0)},
+                 {.stamp = kFirstStamp + milliseconds(10),
+                  .values = {0.1},
+                  .X_WB = MakeTranslation(0.02, 0, 0)}});
   const RobotStateAt at = StateAt(5);
   EXPECT_NEAR(at.X_WB.translation().x(), 0.01, 1e-12);
   const auto links = LinksAt(arm->model(), at);
@@ -307,11 +308,11 @@ TEST_F(RobotStatesTest, OfARemovedRobotAreForgottenByTheWorld) {
   ASSERT_TRUE(world.Apply(std::vector{MakeChange(PutArm("arm"))}, {}).ok());
   arm = world.Snapshot()->FindRobot("arm");
   const std::vector<int> elbow = {kElbow};
-  const std::vector<StampedRobotState> told = {{.stamp = kBegin, .values = {0.25}}};
-  ASSERT_TRUE(world.robot_states().Add(*arm, elbow, told, kBegin).ok());
-  EXPECT_EQ(world.robot_states().StateAt(*arm, kBegin).values[kElbow], 0.25);
+  const std::vector<StampedRobotState> told = {{.stamp = kFirstStamp, .values = {0.25}}};
+  ASSERT_TRUE(world.robot_states().Add(*arm, elbow, told, kFirstStamp).ok());
+  EXPECT_EQ(world.robot_states().StateAt(*arm, kFirstStamp).values[kElbow], 0.25);
   ASSERT_TRUE(world.Apply(std::vector{MakeChange(collision::RemoveRobot{"arm"})}, {}).ok());
-  EXPECT_EQ(world.robot_states().StateAt(*arm, kBegin).reason, "ROBOT_STATE_MISSING");
+  EXPECT_EQ(world.robot_states().StateAt(*arm, kFirstStamp).reason, "ROBOT_STATE_MISSING");
   EXPECT_TRUE(world.robot_states().TakeAll().empty());
 }
 
