@@ -12,6 +12,8 @@ constexpr double kSlack = 1;
 constexpr double kThreshold = 8;
 // chosen: the assumed spread counts as much as this many measured frames.
 constexpr double kAssumedFrames = 15;
+// chosen: nothing is told before so many frames, of which the sensor's reference takes the first.
+constexpr int kLearning_frames = 15;
 // chosen: the mean follows slow drift, as of a sensor that warms up, within ten seconds at 30 Hz.
 constexpr double kMemory_frames = 300;
 // chosen: spreads below a fifth of a millimetre are luck.
@@ -30,12 +32,15 @@ bool ShiftTest::Add(const Vector6& shift_m, const Vector6& assumed_sigma_m) {
     frames_ = 1;
     return false;
   }
+  const bool has_learnt = frames_ >= kLearning_frames;
   // The mean of few frames has an error of its own.
   const double widening = std::sqrt(1 + 1.0 / frames_);
   const Vector6 innovation_m = shift_m - mean_m_;
   const Vector6 whitened = innovation_m.cwiseQuotient(widening * Spread_m());
-  Add(whitened, above_);
-  Add(-whitened, below_);
+  if (has_learnt) {
+    Add(whitened, above_);
+    Add(-whitened, below_);
+  }
   recent_m_.push_back(innovation_m);
   if (recent_m_.size() > kLongestRun_frames) recent_m_.pop_front();
   int component = 0;

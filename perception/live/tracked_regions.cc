@@ -11,8 +11,9 @@ namespace {
 // chosen: a hand that holds still for so long and in so many frames is interpreted as well.
 constexpr double kLeastRest_s = 0.3;
 constexpr int kLeastRestFrames = 5;
-// chosen: a moving sensor is worth an interpretation once it sees so much that it has not seen.
-constexpr int kLeastNewSurface_px = 3000;
+// chosen: smaller surfaces that a moving sensor sees for the first time may be the fringe of known
+// ones, by the error of its pose. A cup at 1.5 m has two thousand pixels.
+constexpr int kLeastNewSurface_px = 1000;
 
 bool Intersects(const std::vector<std::int32_t>& a, const std::vector<std::int32_t>& b) {
   auto i = a.begin();
@@ -69,12 +70,11 @@ std::vector<RegionRequest> TrackedRegions::RequestView(const FrameEvidence& fram
 std::vector<RegionRequest> TrackedRegions::RequestNew(const FrameEvidence& frame) {
   if (interprets()) return {};
   RegionRequest request{.is_new_surface = true};
-  int nearer = 0;
   for (const HotRegion& region : frame.regions) {
-    nearer += region.nearer;
+    if (region.nearer < kLeastNewSurface_px || region.nearer < region.farther) continue;
     request.blocks.insert(request.blocks.end(), region.blocks.begin(), region.blocks.end());
   }
-  if (nearer < kLeastNewSurface_px) return {};
+  if (request.blocks.empty()) return {};
   std::ranges::sort(request.blocks);
   request.number = Ask(frame, request.blocks, false);
   return {std::move(request)};
