@@ -17,14 +17,15 @@ constexpr int kScoreSamples = 300;
 constexpr int kLeastHits = 12;
 // chosen: the share of its points that the body must explain. Fingers beside it take the rest.
 constexpr double kLeastExplained = 0.5;
-// measured: rays that pass a surface at its ragged outline are at most a fifth of those that see it.
+// measured: rays that pass a surface at its ragged outline are at most a fifth of those that see
+// it.
 constexpr double kLeastScore = 0.6;
 // chosen: scores that differ by less are equal: some samples at the outline flicker.
 constexpr double kScoreNoise = 0.05;
 // chosen: points of one body are a few pixels apart, so that this many say as much as one.
 constexpr double kPointsPerSample = 4;
-// derived: what an acceleration of 2 m/s^2 adds within a thirtieth of a second, and the error of the
-// speed.
+// derived: what an acceleration of 2 m/s^2 adds within a thirtieth of a second, and the error of
+// the speed.
 constexpr double kPredicted_m = 0.002;
 // chosen: a pose replaces another of equal score only if the points lie nearer by this share.
 constexpr double kCloser = 0.8;

@@ -44,8 +44,8 @@ struct BodyEvidence {
   // True if pixels of the body, or beside its outline, are in hot blocks.
   bool is_hot = false;
   // Only if hot, or if the body was given another pose in the last frames: measured points that may
-  // be of the body, which are neither robot nor mixed, and not nearer than the body by more than
-  // 30 mm, within 30 mm of its outline. At most kMaxBodyPoints, in the frame L (world's axes, origin
+  // be of the body, which are neither robot nor mixed, and not nearer than the body by more than 30
+  // mm, within 30 mm of its outline. At most kMaxBodyPoints, in the frame L (world's axes, origin
   // at the sensor).
   std::vector<Eigen::Vector3f> points_L = {};
 };

@@ -103,8 +103,8 @@ struct ClaimFrame {
 };
 
 // Claims for the bodies, which are all carried or all links, the pixels that have no class yet. Of
-// pixels that carried bodies have claimed and a link claims too, the nearer one gets each. `carried`
-// are all carried bodies.
+// pixels that carried bodies have claimed and a link claims too, the nearer one gets each.
+// `carried` are all carried bodies.
 void ClaimPixels(const ClaimFrame& frame, std::span<const BodyInView> bodies,
                  std::span<const BodyInView> carried, std::span<std::uint8_t> pixels);
 

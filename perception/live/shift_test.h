@@ -15,8 +15,8 @@ class ShiftTest {
   // deviations that are assumed before enough frames were measured. True if the body has shifted.
   bool Add(const Vector6& shift_m, const Vector6& assumed_sigma_m);
 
-  // The mean displacement over the frames since the shift began, less the usual one. Zero unless the
-  // last Add returned true.
+  // The mean displacement over the frames since the shift began, less the usual one. Zero unless
+  // the last Add returned true.
   Vector6 Shift_m() const { return shift_m_; }
 
   // Forgets all frames.
@@ -28,8 +28,8 @@ class ShiftTest {
   int frames_ = 0;
   Vector6 mean_m_ = Vector6::Zero();  // the usual displacement: warp that the reference lacks
   Vector6 variance_m2_ = Vector6::Zero();
-  // One sided sums in standard deviations, at least 0, and the frames since each was zero: above the
-  // mean, then below.
+  // One sided sums in standard deviations, at least 0, and the frames since each was zero: above
+  // the mean, then below.
   struct Sums {
     Vector6 sum = Vector6::Zero();
     Eigen::Matrix<int, 6, 1> run = Eigen::Matrix<int, 6, 1>::Zero();

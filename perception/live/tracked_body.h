@@ -22,8 +22,8 @@ class TrackedBody {
     bool is_gone = false;  // rays pass through its place, or it moved and was not seen for long
   };
 
-  // Takes the evidence of one frame about the body as the world holds it. Points on the supports are
-  // not of the body. `is_touched`: something else may be at the body, such as a finger.
+  // Takes the evidence of one frame about the body as the world holds it. Points on the supports
+  // are not of the body. `is_touched`: something else may be at the body, such as a finger.
   Outcome Update(const FrameEvidence& frame, const BodyEvidence& evidence, const KnownBody& body,
                  std::span<const PlacedSurface> supports, bool is_touched);
   // The frame's view does not contain the body.

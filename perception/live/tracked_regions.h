@@ -18,8 +18,8 @@ class TrackedRegions {
   using IsMoving = std::function<bool(BodyId)>;
 
   // What should be interpreted beside the frames: the whole view of a sensor that has begun or come
-  // to stand; regions that have come to rest; and, while the sensor moves, surfaces that it sees for
-  // the first time, one request after the other.
+  // to stand; regions that have come to rest; and, while the sensor moves, surfaces that it sees
+  // for the first time, one request after the other.
   std::vector<RegionRequest> Request(const FrameEvidence& frame, const IsMoving& is_moving);
   // The blocks of the request that have stayed the same since it was made.
   std::vector<std::int32_t> Finish(std::uint64_t request);

@@ -1,5 +1,5 @@
-// The past of one world: exact snapshots, and the log of events that watches read. Values and limits
-// only: not thread safe, no clock of its own.
+// The past of one world: exact snapshots, and the log of events that watches read. Values and
+// limits only: not thread safe, no clock of its own.
 #pragma once
 
 #include <chrono>

@@ -137,8 +137,8 @@ KeptSnapshots::Iterator KeptSnapshots::NextToFall(Clock::time_point now) {
   return oldest;
 }
 
-// A snapshot that is held costs nothing more if it is kept as well, and whoever holds it is about to
-// tell somebody of it, who then has half of the time at least.
+// A snapshot that is held costs nothing more if it is kept as well, and whoever holds it is about
+// to tell somebody of it, who then has half of the time at least.
 bool KeptSnapshots::IsLeased(Kept& kept, Clock::time_point now) const {
   const bool is_fresh = kept.used >= now - retention_.lease_time / 2;
   if (!is_fresh && kept.snapshot.use_count() > 1) kept.used = now;

@@ -1,5 +1,5 @@
-// The viewer's page in a browser, with 2 000 objects, and with 20 that move beside a running sensor:
-// a script under Node measures, and this program reports.
+// The viewer's page in a browser, with 2 000 objects, and with 20 that move beside a running
+// sensor: a script under Node measures, and this program reports.
 #include <cmath>
 #include <filesystem>
 #include <fstream>

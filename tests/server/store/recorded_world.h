@@ -54,8 +54,8 @@ class RecordingJournal final : public Journal {
   Store& store_;
 };
 
-// Keeps the newest snapshots, however fast they are made, so that a world that lives and one that is
-// restored keep the same ones.
+// Keeps the newest snapshots, however fast they are made, so that a world that lives and one that
+// is restored keep the same ones.
 inline Retention KeepOnlyTheLast(std::int64_t count) {
   return {.exact_snapshots = count, .recent_time = std::chrono::hours(1), .recent_snapshots = 0};
 }
