@@ -166,16 +166,15 @@ export class Details {
   show(sceneObject: SceneObject | undefined, rules: ReadonlyMap<string, PairRule>): void {
     const before = this.shown;
     const about = sceneObject ? [...rules.values()].filter((rule) => isAbout(sceneObject.name, rule)) : [];
-    const isSame = sceneObject?.source === before?.source && about.length === this.rules.length &&
-      about.every((rule, i) => rule === this.rules[i]);
-    if (isSame) return;
+    const hasSameRules = about.length === this.rules.length && about.every((rule, i) => rule === this.rules[i]);
+    if (sceneObject?.source === before?.source && hasSameRules) return;
     this.shown = sceneObject;
     this.rules = about;
     this.root.hidden = sceneObject === undefined;
     if (!sceneObject) return;
     const isOther = sceneObject.name !== before?.name;
     if (isOther || sceneObject.color !== before.color) this.writeHead(sceneObject);
-    if (isOther) this.writeNow();
+    if (isOther || !hasSameRules) this.writeNow();
     else this.refresh();
   }
 
