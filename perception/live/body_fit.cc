@@ -52,7 +52,8 @@ BodySurface::BodySurface(std::shared_ptr<const HybridModel> model)
     : model_(std::move(model)),
       surface_(*model_, kAlignmentReach_m),
       samples_(surface_.Samples(kScoreSamples)),
-      lever_m_(LeverOf(samples_)) {}
+      lever_m_(LeverOf(samples_)),
+      bounds_O_(TightBounds(*model_, Pose::Identity())) {}
 
 double PoseScore::value() const {
   return visible() == 0 ? 0 : static_cast<double>(hit - through) / visible();
@@ -103,7 +104,9 @@ double LargestShift_m(const BodySurface& body, const Pose& X_WB, const Pose& X_W
 }
 
 bool PlacedSurface::Explains(const Vector3& p_L, double within_m) const {
-  const auto nearest = surface->surface().Nearest(X_LB.inverse() * p_L, within_m);
+  const Vector3 p_O = X_LB.inverse() * p_L;
+  if (surface->bounds_O().squaredExteriorDistance(p_O) > within_m * within_m) return false;
+  const auto nearest = surface->surface().Nearest(p_O, within_m);
   return nearest && nearest->signed_distance_m <= within_m;
 }
 

@@ -22,12 +22,14 @@ class BodySurface {
   // Root mean square distance of the samples from the body's origin, in metres; turns rotations
   // into lengths.
   double lever_m() const { return lever_m_; }
+  const Aabb& bounds_O() const { return bounds_O_; }
 
  private:
   std::shared_ptr<const HybridModel> model_;
   ModelSurface surface_;
   std::vector<SurfaceSample> samples_;
   double lever_m_ = 0;
+  Aabb bounds_O_;
 };
 
 // Samples of the surface that face the sensor, by what the frame's depth says of them.

@@ -4,52 +4,95 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <map>
-#include <tuple>
+#include <iterator>
+#include <utility>
+
+#include "absl/container/flat_hash_map.h"
+#include "absl/container/flat_hash_set.h"
+#include "perception/cloud/tolerances.h"
 
 namespace cwm::perception {
 namespace {
 
 // chosen: the smallest cell. With the margin a box then reaches at most 28 mm beyond a point.
 constexpr double kSmallestCell_m = 0.018;
-constexpr double kCellGrowth = 1.25;  // chosen: a tenth of the boxes less per step
+// Larger cells are made of the middles of the smallest ones: their points are within the margin.
+static_assert(kSmallestCell_m / 2 <= kMoverMargin_m);
 
 using Cell = std::array<std::int32_t, 3>;  // z, y, x: ordered by rows of x
-using Cells = std::map<Cell, int>;         // the number of points of each
 
-bool HasNeighbour(const Cells& cells, const Cell& cell) {
+std::uint64_t KeyOf(const Cell& cell) {
+  constexpr std::uint64_t kBits = 21;
+  constexpr std::uint64_t kMask = (std::uint64_t{1} << kBits) - 1;
+  std::uint64_t key = 0;
+  for (const std::int32_t value : cell) {
+    key = key << kBits | (static_cast<std::uint64_t>(value) & kMask);
+  }
+  return key;
+}
+
+Cell CellAt(const Vector3& p_W, double edge_m) {
+  Cell cell = {};
+  for (int axis = 0; axis < 3; ++axis) {
+    cell[static_cast<std::size_t>(2 - axis)] =
+        static_cast<std::int32_t>(std::floor(p_W[axis] / edge_m));
+  }
+  return cell;
+}
+
+Vector3 MiddleOf(const Cell& cell, double edge_m) {
+  return edge_m * Vector3(cell[2] + 0.5, cell[1] + 0.5, cell[0] + 0.5);
+}
+
+void SortUnique(std::vector<Cell>& cells) {
+  std::ranges::sort(cells);
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+}
+
+bool HasNeighbour(const absl::flat_hash_map<std::uint64_t, int>& counts, const Cell& cell) {
   for (std::int32_t dz = -1; dz <= 1; ++dz) {
     for (std::int32_t dy = -1; dy <= 1; ++dy) {
       for (std::int32_t dx = -1; dx <= 1; ++dx) {
         const bool is_itself = dz == 0 && dy == 0 && dx == 0;
-        if (!is_itself && cells.contains({cell[0] + dz, cell[1] + dy, cell[2] + dx})) return true;
+        if (!is_itself && counts.contains(KeyOf({cell[0] + dz, cell[1] + dy, cell[2] + dx}))) {
+          return true;
+        }
       }
     }
   }
   return false;
 }
 
-// Single points far from all others are noise at the outlines.
-Cells WithoutStrays(const Cells& cells) {
-  Cells kept;
-  for (const auto& [cell, count] : cells) {
-    if (count > 1 || HasNeighbour(cells, cell)) kept.emplace(cell, count);
+// The smallest cells of the points, ordered. Single points far from all others are noise at the
+// outlines.
+std::vector<Cell> SmallestCells(const std::vector<Eigen::Vector3f>& points,
+                                const Vector3& origin_W) {
+  std::vector<Cell> cells;
+  absl::flat_hash_map<std::uint64_t, int> counts;
+  for (const Eigen::Vector3f& p : points) {
+    const Cell cell = CellAt(origin_W + p.cast<double>(), kSmallestCell_m);
+    if (++counts[KeyOf(cell)] == 1) cells.push_back(cell);
   }
-  return kept;
+  if (points.size() > kLeastMoverPoints) {
+    std::vector<Cell> kept;
+    std::ranges::copy_if(cells, std::back_inserter(kept), [&](const Cell& cell) {
+      return counts.at(KeyOf(cell)) > 1 || HasNeighbour(counts, cell);
+    });
+    // Far away all points are farther apart than cells.
+    const auto strays = static_cast<double>(cells.size() - kept.size());
+    if (strays < kMinSignificantShare * static_cast<double>(cells.size())) cells = std::move(kept);
+  }
+  SortUnique(cells);
+  return cells;
 }
 
-Cells CellsOf(const std::vector<Eigen::Vector3f>& points, const Vector3& origin_W, double edge_m) {
-  Cells cells;
-  for (const Eigen::Vector3f& p : points) {
-    const Vector3 p_W = origin_W + p.cast<double>();
-    Cell cell = {};
-    for (int axis = 0; axis < 3; ++axis) {
-      cell[static_cast<std::size_t>(2 - axis)] =
-          static_cast<std::int32_t>(std::floor(p_W[axis] / edge_m));
-    }
-    ++cells[cell];
-  }
-  return points.size() > kLeastMoverPoints ? WithoutStrays(cells) : cells;
+std::vector<Cell> LargerCells(const std::vector<Cell>& smallest, double edge_m) {
+  std::vector<Cell> cells;
+  cells.reserve(smallest.size());
+  for (const Cell& cell : smallest)
+    cells.push_back(CellAt(MiddleOf(cell, kSmallestCell_m), edge_m));
+  SortUnique(cells);
+  return cells;
 }
 
 // The cells from low to high, both included.
@@ -58,33 +101,45 @@ struct Block {
   Cell high = {};
 };
 
-// True if all cells of the layer beyond `block` along `axis` are there.
-bool CanGrow(const Cells& cells, const Block& block, std::size_t axis) {
-  Block layer = block;
-  layer.low[axis] = layer.high[axis] = block.high[axis] + 1;
-  for (std::int32_t z = layer.low[0]; z <= layer.high[0]; ++z) {
-    for (std::int32_t y = layer.low[1]; y <= layer.high[1]; ++y) {
-      for (std::int32_t x = layer.low[2]; x <= layer.high[2]; ++x) {
-        if (!cells.contains({z, y, x})) return false;
+using CellSet = absl::flat_hash_set<std::uint64_t>;
+
+// Calls visit(cell) for the cells of the block until it returns false. True if it never did.
+template <class Visit>
+bool ForCells(const Block& block, const Visit& visit) {
+  for (std::int32_t z = block.low[0]; z <= block.high[0]; ++z) {
+    for (std::int32_t y = block.low[1]; y <= block.high[1]; ++y) {
+      for (std::int32_t x = block.low[2]; x <= block.high[2]; ++x) {
+        if (!visit(Cell{z, y, x})) return false;
       }
     }
   }
   return true;
 }
 
-// Divides the cells into blocks: the first cell left grows along x, y and z as far as it can.
-std::vector<Block> JoinCells(Cells cells) {
+// True if all cells of the layer beyond `block` along `axis` are there.
+bool CanGrow(const CellSet& left, const Block& block, std::size_t axis) {
+  Block layer = block;
+  layer.low[axis] = layer.high[axis] = block.high[axis] + 1;
+  return ForCells(layer, [&](const Cell& cell) { return left.contains(KeyOf(cell)); });
+}
+
+// Divides the ordered cells into blocks: the first cell left grows along x, y and z as far as it
+// can.
+std::vector<Block> JoinCells(const std::vector<Cell>& cells) {
+  CellSet left;
+  left.reserve(cells.size());
+  for (const Cell& cell : cells) left.insert(KeyOf(cell));
   std::vector<Block> blocks;
-  while (!cells.empty()) {
-    Block block{cells.begin()->first, cells.begin()->first};
+  for (const Cell& first : cells) {
+    if (!left.contains(KeyOf(first))) continue;
+    Block block{first, first};
     for (const std::size_t axis : {2U, 1U, 0U}) {
-      while (CanGrow(cells, block, axis)) ++block.high[axis];
+      while (CanGrow(left, block, axis)) ++block.high[axis];
     }
-    for (std::int32_t z = block.low[0]; z <= block.high[0]; ++z) {
-      for (std::int32_t y = block.low[1]; y <= block.high[1]; ++y) {
-        for (std::int32_t x = block.low[2]; x <= block.high[2]; ++x) cells.erase({z, y, x});
-      }
-    }
+    ForCells(block, [&](const Cell& cell) {
+      left.erase(KeyOf(cell));
+      return true;
+    });
     blocks.push_back(block);
   }
   return blocks;
@@ -104,20 +159,32 @@ Aabb BoxOf(const Block& block, double edge_m) {
 
 std::vector<MoverPiece> CoverByBoxes(std::span<const std::vector<Eigen::Vector3f>> lists,
                                      const Vector3& origin_W) {
-  for (double edge_m = kSmallestCell_m;; edge_m *= kCellGrowth) {
-    std::vector<MoverPiece> pieces;
-    std::size_t boxes = 0;
-    for (const std::vector<Eigen::Vector3f>& points : lists) {
-      MoverPiece& piece = pieces.emplace_back();
-      for (const Block& block : JoinCells(CellsOf(points, origin_W, edge_m))) {
-        piece.boxes_W.push_back(BoxOf(block, edge_m));
-      }
-      boxes += piece.boxes_W.size();
+  std::vector<std::vector<Cell>> smallest;
+  for (const std::vector<Eigen::Vector3f>& points : lists) {
+    std::vector<Cell> cells = SmallestCells(points, origin_W);
+    if (cells.empty()) continue;
+    // Each piece has a box at least: the last one takes what further lists have.
+    if (smallest.size() == kMaxMoverBoxes) {
+      smallest.back().insert(smallest.back().end(), cells.begin(), cells.end());
+      SortUnique(smallest.back());
+    } else {
+      smallest.push_back(std::move(cells));
     }
-    std::erase_if(pieces, [](const MoverPiece& piece) { return piece.boxes_W.empty(); });
-    // Lists without end cannot have less boxes than one each.
+  }
+  for (double edge_m = kSmallestCell_m;;) {
+    std::vector<MoverPiece> pieces(smallest.size());
+    double boxes = 0;
+    for (std::size_t i = 0; i < smallest.size(); ++i) {
+      const bool is_smallest = edge_m == kSmallestCell_m;
+      for (const Block& block :
+           JoinCells(is_smallest ? smallest[i] : LargerCells(smallest[i], edge_m))) {
+        pieces[i].boxes_W.push_back(BoxOf(block, edge_m));
+        ++boxes;
+      }
+    }
     if (boxes <= kMaxMoverBoxes) return pieces;
-    if (lists.size() > kMaxMoverBoxes) lists = lists.first(kMaxMoverBoxes);
+    // derived: a surface has as many boxes as cells have room on it; joined cells make it less.
+    edge_m *= std::clamp(std::sqrt(boxes / kMaxMoverBoxes), 1.1, 2.0);
   }
 }
 

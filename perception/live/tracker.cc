@@ -17,6 +17,8 @@ namespace {
 
 // chosen: a region with fewer points that nothing explains is left to the next frame.
 constexpr std::size_t kLeastMover_points = kThreeSamples;
+// chosen: so many points of a region determine a share to five percent.
+constexpr std::size_t kShareSample = 400;
 // chosen: the pieces stay as they are while nearly all points lie in them and they are not much
 // larger than needed, so that a mover that holds still makes no revision.
 constexpr double kStillCovered = 0.995;
@@ -76,13 +78,13 @@ bool IsTouched(const FrameEvidence& frame, const BodyEvidence& evidence, const K
   const PlacedSurface placed = Placed(frame, surface, body.X_WB);
   for (const HotRegion& region : frame.regions) {
     if (!std::ranges::binary_search(region.bodies, body.id)) continue;
+    const std::size_t step = 1 + region.points_L.size() / kShareSample;
+    std::size_t all = 0;
     std::size_t own = 0;
-    for (const Eigen::Vector3f& p : region.points_L) {
-      own += placed.Explains(p.cast<double>(), kAlignmentReach_m) ? 1 : 0;
+    for (std::size_t i = 0; i < region.points_L.size(); i += step, ++all) {
+      own += placed.Explains(region.points_L[i].cast<double>(), kAlignmentReach_m) ? 1 : 0;
     }
-    if (static_cast<double>(own) < kMainShare * static_cast<double>(region.points_L.size())) {
-      return true;
-    }
+    if (static_cast<double>(own) < kMainShare * static_cast<double>(all)) return true;
   }
   return false;
 }
