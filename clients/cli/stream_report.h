@@ -1,4 +1,4 @@
-// What became of the frames of a stream: counts, latency and changes.
+// The report of a stream of frames: counts, latency and changes.
 #pragma once
 
 #include <array>

@@ -25,6 +25,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr const char* kFrameList = "frames.jsonl";
+constexpr const char* kGravityFile = "gravity-direction.txt";
 constexpr const char* kStateList = "joint_states.jsonl";
 constexpr std::string_view kPoseForm = "must be X,Y,Z,QX,QY,QZ,QW";
 
@@ -312,12 +313,20 @@ absl::StatusOr<FrameSequence> ReadFrameFolder(const std::string& folder) {
   } else {
     const auto files = FilesOf(folder);
     if (!files.ok()) return files.status();
+    ScenePose x_world_recording;
+    if (const fs::path gravity = fs::path(folder) / kGravityFile; Exists(gravity)) {
+      const auto text = ReadFileBytes(gravity.string());
+      if (!text.ok()) return text.status();
+      const auto upright = ParseGravityFile(*text, gravity.string());
+      if (!upright.ok()) return upright.status();
+      x_world_recording = *upright;
+    }
     for (const fs::path& file : FrameFiles(*files)) {
       SequenceFrame frame{.path = file.string(), .source = file.string()};
       if (const fs::path beside = PoseFileOf(file); Exists(beside)) {
         const auto pose = ReadPoseFile(beside);
         if (!pose.ok()) return pose.status();
-        frame.x_world_sensor = *pose;
+        frame.x_world_sensor = ComposePoses(x_world_recording, *pose);
       }
       sequence.frames.push_back(std::move(frame));
     }

@@ -39,7 +39,8 @@ struct FrameSequence {
 // in it or in the folder above; else its files in the order of their names, numbers by their value:
 // depth images (PNG, NPY; of those alone whose names end in "depth" if there are any), or else
 // clouds (PCD, PLY). A frame NAME.png has its pose in NAME.pose.txt; NAME-depth.png has it in
-// NAME-pose.txt, NAME.depth.png in NAME.pose.txt. INVALID_ARGUMENT names file and line.
+// NAME-pose.txt, NAME.depth.png in NAME.pose.txt. If there is a gravity-direction.txt, these poses
+// are turned so that z is up. INVALID_ARGUMENT names file and line.
 absl::StatusOr<FrameSequence> ReadFrameFolder(const std::string& folder);
 
 // Reads a line of a list of frames: FILE [STAMP [POSE]], or an object as in frames.jsonl. The

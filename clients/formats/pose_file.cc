@@ -51,6 +51,20 @@ std::array<double, 4> QuaternionOf(const Rotation& r) {
   return q;
 }
 
+absl::StatusOr<std::vector<double>> FiniteNumbers(std::string_view text, const std::string& file,
+                                                  const std::string& what) {
+  std::vector<double> numbers;
+  for (const std::string_view word : SplitWords(text)) {
+    double number = 0;
+    if (!ParseScalar(word, Scalar::kF64, reinterpret_cast<char*>(&number)) ||
+        !std::isfinite(number)) {
+      return FileError(file, {what, std::string(word), "must be finite numbers"});
+    }
+    numbers.push_back(number);
+  }
+  return numbers;
+}
+
 }  // namespace
 
 std::optional<ScenePose> PoseFromRow(const std::array<double, 7>& row) {
@@ -63,15 +77,9 @@ std::optional<ScenePose> PoseFromRow(const std::array<double, 7>& row) {
 }
 
 absl::StatusOr<ScenePose> ParsePoseFile(std::string_view text, const std::string& file) {
-  std::vector<double> numbers;
-  for (const std::string_view word : SplitWords(text)) {
-    double number = 0;
-    if (!ParseScalar(word, Scalar::kF64, reinterpret_cast<char*>(&number)) ||
-        !std::isfinite(number)) {
-      return FileError(file, {"the pose", std::string(word), "must be finite numbers"});
-    }
-    numbers.push_back(number);
-  }
+  const auto parsed = FiniteNumbers(text, file, "the pose");
+  if (!parsed.ok()) return parsed.status();
+  const std::vector<double>& numbers = *parsed;
   if (numbers.size() == 7) {
     std::array<double, 7> row = {};
     std::copy(numbers.begin(), numbers.end(), row.begin());
@@ -97,6 +105,22 @@ absl::StatusOr<ScenePose> ParsePoseFile(std::string_view text, const std::string
   const std::array<double, 4> q = QuaternionOf(r);
   std::copy(q.begin(), q.end(), row.begin() + 3);
   return *PoseFromRow(row);
+}
+
+absl::StatusOr<ScenePose> ParseGravityFile(std::string_view text, const std::string& file) {
+  const auto down = FiniteNumbers(text, file, "the direction of gravity");
+  if (!down.ok()) return down.status();
+  if (down->size() != 3 || std::hypot((*down)[0], (*down)[1], (*down)[2]) == 0) {
+    return FileError(file, {"the direction of gravity", absl::StrCat(down->size(), " numbers"),
+                            "must be three numbers, not all 0"});
+  }
+  ScenePose x_recording_world = PlaneFrame({-(*down)[0], -(*down)[1], -(*down)[2], 0});
+  ScenePose x_world_recording;  // the inverse of a rotation
+  for (std::size_t i = 0; i < 3; ++i) {
+    x_world_recording.orientation_xyzw[i] = -x_recording_world.orientation_xyzw[i];
+  }
+  x_world_recording.orientation_xyzw[3] = x_recording_world.orientation_xyzw[3];
+  return x_world_recording;
 }
 
 }  // namespace cwm::formats

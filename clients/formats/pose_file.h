@@ -18,4 +18,8 @@ std::optional<ScenePose> PoseFromRow(const std::array<double, 7>& row);
 // for anything but a rigid transform of finite numbers.
 absl::StatusOr<ScenePose> ParsePoseFile(std::string_view text, const std::string& file);
 
+// Turns a recording's frame so that z is up: the pose of that frame in the world. The text is the
+// direction of gravity in the recording's frame, three numbers of any length but 0.
+absl::StatusOr<ScenePose> ParseGravityFile(std::string_view text, const std::string& file);
+
 }  // namespace cwm::formats

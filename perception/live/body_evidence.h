@@ -1,4 +1,4 @@
-// What a frame says about each known body in it.
+// The evidence of a frame about each known body in it.
 #pragma once
 
 #include <array>

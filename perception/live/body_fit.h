@@ -64,7 +64,7 @@ struct PlacedSurface {
 std::vector<Eigen::Vector3f> OwnPoints(const BodyEvidence& evidence,
                                        std::span<const PlacedSurface> supports, double within_m);
 
-// What a fit must show.
+// The purpose of a fit: it must show
 enum class FitFor {
   kStart,  // that the body moved: it agrees better with the frame than the old pose does
   kGoOn    // that it agrees with the frame

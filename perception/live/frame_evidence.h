@@ -1,4 +1,4 @@
-// What one frame says about the known world: the input of the tracker.
+// The evidence of one frame about the known world: the input of the tracker.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +19,7 @@ using Stamp = std::chrono::system_clock::time_point;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
-// What the frame says about one body that is expected in it.
+// The evidence about one body that is expected in it.
 struct BodyEvidence {
   BodyId id = kNoBody;
   // Pixels in which the body is the first expected surface, and how many of them have each class.

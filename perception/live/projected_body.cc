@@ -360,7 +360,7 @@ class ProjectedBody::Builder {
   ProjectedBody& out_;
   Pose X_CS_ = Pose::Identity();
   Rays rays_ = {};
-  // Of the face being added.
+  // They belong to the face being added.
   ImageBounds image_;
   double w_min_ = 0;
   double w_max_ = 0;

@@ -31,7 +31,7 @@ class RobotSilhouette {
   // Depth along the optical axis at the cell's centre, metres; kNothing_m where nothing was drawn.
   std::vector<float>& near_m() { return near_m_; }
   const std::vector<float>& near_m() const { return near_m_; }
-  // What was drawn there; -1 for nothing.
+  // The item that was drawn there; -1 for none.
   const std::vector<std::int16_t>& body() const { return body_; }
 
   // The number of cells, along a row or a column or diagonally, to the nearest one on which no body

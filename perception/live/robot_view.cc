@@ -98,7 +98,7 @@ void FitRectangle(const PixelBounds& within, const DepthCamera& camera, RobotMas
 }  // namespace
 
 struct RobotView::Scratch {
-  // Of carried models; those that are no longer carried are forgotten.
+  // The surfaces of carried models; those that are no longer carried are forgotten.
   std::map<std::shared_ptr<const HybridModel>, std::shared_ptr<const LinkSurface>> carried;
   RobotSilhouette silhouette;
   BlockDepths blocks;

@@ -47,7 +47,7 @@ struct RobotAtStamp {
   ReachSphere reach_W = {};                 // where the links may be if the state is missing
 };
 
-// What a robot carries. The body's X_WB is its pose at the stamp; it moves with the link.
+// A body that a robot carries. The body's X_WB is its pose at the stamp; it moves with the link.
 struct CarriedAtStamp {
   const KnownBody* body = nullptr;  // not null, nor its model
   int link = 0;

@@ -62,11 +62,11 @@ struct SensorView::State {
   void TakeExpected(std::span<const KnownBody> bodies, const DepthImage& image,
                     const RobotMask& robots);
   void ChangePixel(std::size_t i, float depth_m, std::span<const BodyId> moved);
-  // Whether the reference of a pixel still holds though another depth or body is expected.
+  // True if the reference of a pixel still holds though another depth or body is expected.
   // `is_asserted`: a body is expected there because it moved there; else it was modelled anew.
   bool StillHolds(std::size_t i, float depth_m, bool is_asserted) const;
   void MarkChanged(BodyId id);
-  // Whether the body was given another pose some frames ago: it moves.
+  // True if the body was given another pose some frames ago: it moves.
   bool HasJustMoved(BodyId id) const {
     constexpr int kJust_frames = 10;
     const auto found = bodies_in_view.find(id);

@@ -259,7 +259,7 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
   std::optional<Pose> fit;
   const int visible = evidence.consistent + evidence.farther;
   const double least_px = std::max<double>(kLeastChanged_px, kLeastChangedShare * visible);
-  // What is in front never pulls a pose, unless it can only be the body itself.
+  // Points in front never pull a pose, unless they can only be the body itself.
   const bool is_nearer = !is_touched && evidence.nearer >= least_px;
   const bool is_displaced = evidence.is_hot && (evidence.farther >= least_px || is_nearer);
   if (follows_poses && (is_displaced || !rests())) {

@@ -46,7 +46,7 @@ std::vector<RegionRequest> TrackedRegions::Request(const FrameEvidence& frame,
   has_pose_ = true;
   X_WC_ = frame.X_WC;
   if (has_moved) {
-    // Where the sensor comes to stand, its view is another one.
+    // The sensor will have another view when it comes to stand.
     knows_view_ = false;
     asked_for_view_ = false;
     for (auto& [number, pending] : pending_) pending.is_view = false;

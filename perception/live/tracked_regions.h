@@ -17,7 +17,7 @@ class TrackedRegions {
   // True for a body that moves or settles: its region waits until it rests.
   using IsMoving = std::function<bool(BodyId)>;
 
-  // What should be interpreted beside the frames: the whole view of a sensor that has begun or come
+  // The parts of the view to interpret beside the frames: the whole view of a sensor that has begun or come
   // to stand; regions that have come to rest; and, while the sensor moves, surfaces that it sees
   // for the first time, one request after the other.
   std::vector<RegionRequest> Request(const FrameEvidence& frame, const IsMoving& is_moving);

@@ -70,7 +70,7 @@ std::vector<PlacedSurface> Supports(const FrameEvidence& frame, std::span<const 
   return supports;
 }
 
-// Whether a hot region at the body has points that are too far from it to be its own.
+// True if a hot region at the body has points that are too far from it to be its own.
 bool IsTouched(const FrameEvidence& frame, const BodyEvidence& evidence, const KnownBody& body,
                const std::shared_ptr<const BodySurface>& surface) {
   if (!evidence.is_hot) return false;

@@ -50,7 +50,7 @@ void ComputeReturns(const SimulatedScene& scene, const RangeImage& image,
                     const PinholeCamera& camera, const DeviceErrors& device, int row_begin,
                     int row_end, DeviceReturns& returns);
 
-// What a depth camera measured, row-major.
+// The depths that a camera measured, row-major.
 struct MeasuredDepth {
   int width = 0;
   int height = 0;

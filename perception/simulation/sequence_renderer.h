@@ -33,7 +33,7 @@ struct SequenceFrame {
   std::int64_t mixed_pixel_count = 0;
 };
 
-// What a body of the rendered scene is: an object of the scene, a hand, or a link of a robot.
+// A body of the rendered scene: an object of the scene, a hand, or a link of a robot.
 struct SequenceBody {
   enum class Kind { kObject, kHand, kRobot };
   Kind kind = Kind::kObject;

@@ -16,7 +16,7 @@
 
 namespace cwm::server {
 
-// What running sensors tell about an object; not kept over a restart.
+// The facts of running sensors about an object; not kept over a restart.
 struct SensorFacts {
   enum class Motion : std::uint8_t { kAtRest, kMoving, kSettling };
   enum class Visibility : std::uint8_t { kVisible, kOccluded, kStale, kLost };

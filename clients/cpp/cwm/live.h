@@ -85,7 +85,7 @@ struct FrameChanges {
   std::vector<std::string> movers = {};  // objects of the kind kMover
 };
 
-// What became of a frame.
+// The fate of a frame.
 struct FrameResult {
   std::int64_t frame = 0;  // its number in the stream, from 0
   Time stamp = {};

@@ -19,7 +19,7 @@ namespace cwm::CWM_API {
 enum class ObjectKind { kSupport = 1, kObject, kResidual, kUnseen, kUser, kMover };
 enum class Owner { kPerception = 1, kUser };
 enum class ObjectState { kUnknown = 0, kConfirmed, kOccluded, kLost };
-// Whether an object moves, and how it is seen, as running sensors tell; kNotFollowed: none does. An
+// The motion and the visibility of an object, as running sensors tell; kNotFollowed: none does. An
 // object at rest has a pose that is constant to the bit. kStale is out of view or without a return,
 // kLost was followed while it moved and not seen since.
 enum class Motion { kNotFollowed = 0, kAtRest, kMoving, kSettling };

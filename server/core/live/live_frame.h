@@ -74,7 +74,7 @@ struct FrameOutcome {
   bool interpreting = false;  // a region of the view is being interpreted beside the frames
 };
 
-// What is known about a sensor that streams or has streamed.
+// The facts about a sensor that streams or has streamed.
 struct SensorStatus {
   SensorCalibration calibration = {};
   bool is_streaming = false;

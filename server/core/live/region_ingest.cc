@@ -18,7 +18,7 @@ using collision::WorldObjectPtr;
 using perception::Association;
 using Outcome = Association::Outcome;
 
-// What the associations of a region are about.
+// The objects that the associations of a region are about.
 struct Scope {
   std::vector<WorldObjectPtr> known;  // of the world, then those that are gone
   std::size_t present = 0;            // the first of `known` are in the world

@@ -15,7 +15,7 @@
 
 namespace cwm::server {
 
-// What images of a robot need, made once for its geometry.
+// The shapes that images of a robot need, made once for its geometry.
 struct RobotShape {
   std::shared_ptr<const perception::RobotSurface> surface;
   perception::ReachSphere reach_B;  // in the root link's frame

@@ -1,4 +1,4 @@
-// Where a sensor is at the stamp of a frame.
+// The pose of a sensor at the stamp of a frame.
 #pragma once
 
 #include <optional>

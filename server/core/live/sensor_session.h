@@ -17,7 +17,7 @@ namespace cwm::server {
 // Ends the stream of a sensor for a reason. Called at most once for a stream, from any thread.
 using EndStream = std::function<void(const absl::Status& reason)>;
 
-// What belongs to the comparison of frames: used by one frame after the other, under `mutex`.
+// The state of the comparison of frames: used by one frame after the other, under `mutex`.
 struct SensorComparison {
   std::mutex mutex;
   std::unique_ptr<perception::SensorView> view = {};

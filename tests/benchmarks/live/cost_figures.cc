@@ -1,4 +1,4 @@
-// What frames cost: latency of changes, rates of static frames, processor time.
+// The cost of frames: latency of changes, rates of static frames, processor time.
 #include <algorithm>
 #include <chrono>
 #include <cmath>

@@ -1,4 +1,4 @@
-// What a server publishes of a world over time, from a watch: the objects of every revision.
+// The world as a server publishes it over time, from a watch: the objects of every revision.
 #pragma once
 
 #include <grpcpp/client_context.h>

@@ -28,7 +28,7 @@ double ThreadTime_s() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-// What the masks of frames made of the pixels of the truth.
+// Counts of true pixels by what the masks of frames made of them.
 struct Tally {
   long frames = 0;
   long robot_pixels = 0;

@@ -1,4 +1,4 @@
-// What was true and what was published, frame by frame: plain values, for the judge.
+// The truth and the published world, frame by frame: plain values, for the judge.
 #pragma once
 
 #include <cstddef>

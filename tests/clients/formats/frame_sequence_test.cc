@@ -68,6 +68,20 @@ TEST(FrameSequence, DepthImagesAreTakenAndPicturesBesideThemAreNot) {
               Pointwise(DoubleNear(1e-12), {h, 0., 0., h}));
 }
 
+TEST(FrameSequence, GravityTurnsPosesUpright) {
+  const Folder folder;
+  folder.Write("frame-0.depth.png", "");
+  folder.Write("frame-0.pose.txt", "1 2 3 0 0 0 1");
+  folder.Write("gravity-direction.txt", "0\n2\n0\n");  // the recording's y points down
+  const auto sequence = ReadFrameFolder(folder.path());
+  ASSERT_TRUE(sequence.ok()) << sequence.status();
+  const ScenePose pose = sequence->frames.at(0).x_world_sensor.value_or(ScenePose());
+  EXPECT_NEAR(pose.position_m[2], -2, 1e-12) << "2 m down";
+  EXPECT_NEAR(std::hypot(pose.position_m[0], pose.position_m[1]), std::sqrt(10), 1e-12);
+  folder.Write("gravity-direction.txt", "0 0 0");
+  EXPECT_THAT(ReadFrameFolder(folder.path()).status().message(), HasSubstr("not all 0"));
+}
+
 TEST(FrameSequence, PosesOfFramesNamedLikeFilesHaveTheirNames) {
   const Folder folder;
   folder.Write("frame-000000.depth.png", "");

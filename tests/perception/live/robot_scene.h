@@ -43,7 +43,7 @@ inline SmallRobot Arm() {
   return robot;
 }
 
-// What a frame shows: things first, then the robot's links.
+// The bodies that a frame shows: things first, then the robot's links.
 struct RobotScene {
   PinholeCamera pinhole = {
       .width = 320, .height = 240, .focal_px = 262, .center_x_px = 159.5, .center_y_px = 119.5};

@@ -150,7 +150,7 @@ TEST(DamagedRecords, TheErrorNamesThePlaceAndTheRule) {
        },
        "write.objects.name: 'b' does not exist"},
       {[](auto& r) { After(r).set_name("b"); }, "write.objects.after.name: must be the name"},
-      {[](auto& r) { After(r).set_kind(5); }, "object 'a': kind: is 5, must be from 0 to 4"},
+      {[](auto& r) { After(r).set_kind(6); }, "object 'a': kind: is 6, must be from 0 to 5"},
       {[](auto& r) { After(r).set_owner(-1); }, "object 'a': owner: is -1, must be from 0 to 1"},
       {[](auto& r) { After(r).set_state(3); }, "object 'a': state: is 3, must be from 0 to 2"},
       {[](auto& r) { After(r).set_margin_m(-1); }, "object 'a': margin_m: must be finite"},

@@ -1,4 +1,4 @@
-// What a frame may change in a world, and what it must leave alone.
+// The changes that a frame may make in a world, and those that it must not.
 #include "server/core/live/live_commit.h"
 
 #include <gmock/gmock.h>
