@@ -22,6 +22,8 @@ constexpr double kLeastExplained = 0.5;
 constexpr double kLeastScore = 0.6;
 // chosen: scores that differ by less are equal: some samples at the outline flicker.
 constexpr double kScoreNoise = 0.05;
+// chosen: a region of a body may also have parts of what holds it.
+constexpr double kRegionOfBody = 1.3;
 // chosen: points of one body are a few pixels apart, so that this many say as much as one.
 constexpr double kPointsPerSample = 4;
 // derived: what an acceleration of 2 m/s^2 adds within a thirtieth of a second, and the error of
@@ -154,6 +156,57 @@ std::optional<Pose> FitPose(const FrameEvidence& frame,
   const double old_m = MeanDistance_m(points_L, body.surface(), X_LB_old);
   if (share < old_share || distance_m > kCloser * old_m) return std::nullopt;
   return X_WB;
+}
+
+namespace {
+
+// The middle of the samples that face the sensor, in the frame L.
+Vector3 VisibleMiddle_L(const BodySurface& body, const Pose& X_LB) {
+  Vector3 sum_L = Vector3::Zero();
+  double count = 0;
+  for (const SurfaceSample& sample : body.samples()) {
+    const Vector3 p_L = X_LB * sample.p_O;
+    if (!sample.two_sided && (X_LB.linear() * sample.normal_O).dot(p_L) >= 0) continue;
+    sum_L += p_L;
+    ++count;
+  }
+  return count == 0 ? Vector3(X_LB.translation()) : Vector3(sum_L / count);
+}
+
+// An even choice of at most kMaxBodyPoints of the points.
+std::vector<Eigen::Vector3f> SomeOf(const std::vector<Eigen::Vector3f>& points) {
+  const std::size_t step = 1 + points.size() / kMaxBodyPoints;
+  std::vector<Eigen::Vector3f> some;
+  for (std::size_t i = 0; i < points.size(); i += step) some.push_back(points[i]);
+  return some;
+}
+
+}  // namespace
+
+std::optional<Pose> FindInRegions(const FrameEvidence& frame, const BodySurface& body,
+                                  const Pose& X_WB_old) {
+  const Pose X_LB_old = InLevelFrame(frame, X_WB_old);
+  const Vector3 middle_L = VisibleMiddle_L(body, X_LB_old);
+  const double diagonal_m = body.bounds_O().diagonal().norm();
+  for (const HotRegion& region : frame.regions) {
+    if (region.points_L.size() < kThreeSamples) continue;
+    Eigen::AlignedBox3f bounds_L;
+    Vector3 sum_L = Vector3::Zero();
+    for (const Eigen::Vector3f& p : region.points_L) {
+      bounds_L.extend(p);
+      sum_L += p.cast<double>();
+    }
+    if (bounds_L.diagonal().norm() > kRegionOfBody * diagonal_m) continue;
+    const Vector3 shift_W = sum_L / static_cast<double>(region.points_L.size()) - middle_L;
+    // Without a shift it was looked for already.
+    if (shift_W.norm() < kAlignmentReach_m / 2) continue;
+    Pose X_WB_guess = X_WB_old;
+    X_WB_guess.translation() += shift_W;
+    const auto found =
+        FitPose(frame, SomeOf(region.points_L), body, X_WB_old, X_WB_guess, FitFor::kStart);
+    if (found) return found;
+  }
+  return std::nullopt;
 }
 
 }  // namespace cwm::perception

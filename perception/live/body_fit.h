@@ -76,4 +76,10 @@ std::optional<Pose> FitPose(const FrameEvidence& frame,
                             const std::vector<Eigen::Vector3f>& points_L, const BodySurface& body,
                             const Pose& X_WB_old, const Pose& X_WB_guess, FitFor purpose);
 
+// Looks for a body that is not where it was in the hot regions that are about as large as it is:
+// aligns it from the place at which the middle of its visible side is that of the region's points.
+// Empty if no region is the body.
+std::optional<Pose> FindInRegions(const FrameEvidence& frame, const BodySurface& body,
+                                  const Pose& X_WB_old);
+
 }  // namespace cwm::perception

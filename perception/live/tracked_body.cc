@@ -266,6 +266,8 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
     const double within_m = FitGate_m(frame, body.X_WB);
     fit = FitPose(frame, OwnPoints(evidence, supports, within_m), *surface_, body.X_WB,
                   Predicted(frame.stamp, body.X_WB), rests() ? FitFor::kStart : FitFor::kGoOn);
+    const bool is_seen_through = evidence.farther > evidence.consistent;
+    if (!fit && is_seen_through) fit = FindInRegions(frame, *surface_, body.X_WB);
   }
   if (fit) last_fit_ = frame.stamp;
   Outcome outcome;
