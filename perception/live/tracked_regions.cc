@@ -11,6 +11,11 @@ namespace {
 // chosen: a hand that holds still for so long and in so many frames is interpreted as well.
 constexpr double kLeastRest_s = 0.3;
 constexpr int kLeastRestFrames = 5;
+// chosen: a thing that a gripper holds or has just put down shows a part of itself. It is
+// interpreted when the gripper is away, or does not go for so long.
+constexpr double kLeastRestOfCut_s = 3;
+// chosen: fewer pixels of robots beside a region, as a share of its own, cut nothing off.
+constexpr double kCutShare = 0.1;
 // chosen: smaller surfaces that a moving sensor sees for the first time may be the fringe of known
 // ones, by the error of its pose. A cup at 1.5 m has two thousand pixels.
 constexpr int kLeastNewSurface_px = 1000;
@@ -23,6 +28,41 @@ bool Intersects(const std::vector<std::int32_t>& a, const std::vector<std::int32
     *i < *j ? static_cast<void>(++i) : static_cast<void>(++j);
   }
   return false;
+}
+
+bool IsOfRobot(PixelClass pixel) {
+  return pixel == PixelClass::kRobot || pixel == PixelClass::kCarried ||
+         pixel == PixelClass::kMixed || pixel == PixelClass::kHidden;
+}
+
+// True if a robot hides a part of what the region shows: its pixels are in or beside the region's
+// blocks.
+bool IsCut(const FrameEvidence& frame, const HotRegion& region) {
+  const FrameClasses& classes = *frame.classes;
+  std::vector<std::int32_t> around;
+  for (const std::int32_t block : region.blocks) {
+    for (const int row : {-1, 0, 1}) {
+      for (const int column : {-1, 0, 1}) {
+        const int c = block % classes.block_columns + column;
+        const int r = block / classes.block_columns + row;
+        if (c < 0 || r < 0 || c >= classes.block_columns || r >= classes.block_rows) continue;
+        around.push_back(r * classes.block_columns + c);
+      }
+    }
+  }
+  std::ranges::sort(around);
+  around.erase(std::unique(around.begin(), around.end()), around.end());
+  int robot = 0;
+  for (const std::int32_t block : around) {
+    const int u_begin = block % classes.block_columns * kBlock_px;
+    const int v_begin = block / classes.block_columns * kBlock_px;
+    for (int v = v_begin; v < std::min(classes.height, v_begin + kBlock_px); ++v) {
+      for (int u = u_begin; u < std::min(classes.width, u_begin + kBlock_px); ++u) {
+        robot += IsOfRobot(classes.pixels[static_cast<std::size_t>(v) * classes.width + u]) ? 1 : 0;
+      }
+    }
+  }
+  return robot > kCutShare * (region.nearer + region.farther);
 }
 
 Stamp Before(Stamp stamp, double seconds) {
@@ -84,7 +124,8 @@ std::vector<RegionRequest> TrackedRegions::RequestRested(const FrameEvidence& fr
                                                          const IsMoving& is_moving) {
   std::vector<RegionRequest> requests;
   for (const HotRegion& region : frame.regions) {
-    if (region.rest_s < kLeastRest_s || region.rest_frames < kLeastRestFrames) continue;
+    const double least_rest_s = IsCut(frame, region) ? kLeastRestOfCut_s : kLeastRest_s;
+    if (region.rest_s < least_rest_s || region.rest_frames < kLeastRestFrames) continue;
     if (std::ranges::any_of(region.bodies, is_moving)) continue;
     if (std::ranges::any_of(pending_, [&](const auto& pending) {
           return Intersects(pending.second.blocks, region.blocks);
