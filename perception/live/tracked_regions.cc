@@ -11,6 +11,8 @@ namespace {
 // chosen: a hand that holds still for so long and in so many frames is interpreted as well.
 constexpr double kLeastRest_s = 0.3;
 constexpr int kLeastRestFrames = 5;
+// chosen: what could not be interpreted, e.g. for a full disk, is not tried with every frame.
+constexpr std::chrono::seconds kRetryTime{3};
 // chosen: a thing that a gripper holds or has just put down shows a part of itself. It is
 // interpreted when the gripper is away, or does not go for so long.
 constexpr double kLeastRestOfCut_s = 3;
@@ -82,6 +84,7 @@ std::uint64_t TrackedRegions::Ask(const FrameEvidence& frame, std::vector<std::i
 std::vector<RegionRequest> TrackedRegions::Request(const FrameEvidence& frame,
                                                    const IsMoving& is_moving) {
   KeepRest(frame);
+  stamp_ = frame.stamp;
   const bool has_moved = has_pose_ && frame.X_WC.matrix() != X_WC_.matrix();
   has_pose_ = true;
   X_WC_ = frame.X_WC;
@@ -90,8 +93,9 @@ std::vector<RegionRequest> TrackedRegions::Request(const FrameEvidence& frame,
     knows_view_ = false;
     asked_for_view_ = false;
     for (auto& [number, pending] : pending_) pending.is_view = false;
-    return RequestNew(frame);
+    return frame.stamp < not_before_ ? std::vector<RegionRequest>() : RequestNew(frame);
   }
+  if (frame.stamp < not_before_) return {};
   if (!asked_for_view_) return RequestView(frame);
   return knows_view_ ? RequestRested(frame, is_moving) : std::vector<RegionRequest>();
 }
@@ -149,11 +153,16 @@ void TrackedRegions::KeepRest(const FrameEvidence& frame) {
   std::ranges::sort(rested_, {}, &Rested::block);
 }
 
-std::vector<std::int32_t> TrackedRegions::Finish(std::uint64_t request) {
+std::vector<std::int32_t> TrackedRegions::Finish(std::uint64_t request, bool succeeded) {
   const auto found = pending_.find(request);
   if (found == pending_.end()) return {};
   const Pending pending = std::move(found->second);
   pending_.erase(found);
+  if (!succeeded) {
+    if (pending.is_view) asked_for_view_ = false;
+    not_before_ = stamp_ + kRetryTime;
+    return {};
+  }
   if (pending.is_view) knows_view_ = true;
   // A region was at rest since before it was asked for, or it has changed since.
   std::vector<std::int32_t> same;

@@ -17,12 +17,13 @@ class TrackedRegions {
   // True for a body that moves or settles: its region waits until it rests.
   using IsMoving = std::function<bool(BodyId)>;
 
-  // The parts of the view to interpret beside the frames: the whole view of a sensor that has begun or come
-  // to stand; regions that have come to rest; and, while the sensor moves, surfaces that it sees
-  // for the first time, one request after the other.
+  // The parts of the view to interpret beside the frames: the whole view of a sensor that has begun
+  // or come to stand; regions that have come to rest; and, while the sensor moves, surfaces that it
+  // sees for the first time, one request after the other.
   std::vector<RegionRequest> Request(const FrameEvidence& frame, const IsMoving& is_moving);
   // The blocks of the request that have stayed the same since it was made.
-  std::vector<std::int32_t> Finish(std::uint64_t request);
+  // Without success nothing is asked for some seconds, and then again.
+  std::vector<std::int32_t> Finish(std::uint64_t request, bool succeeded);
 
   // True once the whole view was interpreted, for a sensor that stands still.
   bool knows_view() const { return knows_view_; }
@@ -48,6 +49,8 @@ class TrackedRegions {
 
   bool knows_view_ = false;
   bool asked_for_view_ = false;
+  Stamp stamp_ = {};       // of the last frame
+  Stamp not_before_ = {};  // of the next request, after a failure
   bool has_pose_ = false;
   Pose X_WC_ = Pose::Identity();  // of the last frame
   std::uint64_t last_number_ = 0;

@@ -191,10 +191,11 @@ StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> 
   return result;
 }
 
-std::vector<std::int32_t> Tracker::Finish(const std::string& sensor, std::uint64_t request) {
+std::vector<std::int32_t> Tracker::Finish(const std::string& sensor, std::uint64_t request,
+                                          bool succeeded) {
   const auto found = state_->sensors.find(sensor);
   if (found == state_->sensors.end()) return {};
-  return found->second.regions.Finish(request);
+  return found->second.regions.Finish(request, succeeded);
 }
 
 std::vector<TrackChange> Tracker::ForgetSensor(const std::string& sensor) {

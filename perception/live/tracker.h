@@ -77,10 +77,12 @@ class Tracker {
   // Takes the evidence of one frame. `bodies` are those that the frame was compared with.
   StepResult Step(const FrameEvidence& frame, std::span<const KnownBody> bodies);
 
-  // Tells that the interpretation of a request is part of the world now, or could not be made.
-  // Returns the blocks of the request that have stayed the same since: what they show is known, and
-  // the sensor's view should accept it (SensorView::Accept).
-  std::vector<std::int32_t> Finish(const std::string& sensor, std::uint64_t request);
+  // Tells that the interpretation of a request is part of the world now, or, if not `succeeded`,
+  // could not be made: then it is asked for again after some seconds. Returns the blocks of the
+  // request that have stayed the same since: what they show is known, and the sensor's view should
+  // accept it (SensorView::Accept).
+  std::vector<std::int32_t> Finish(const std::string& sensor, std::uint64_t request,
+                                   bool succeeded = true);
 
   // Forgets a sensor that no longer streams: its movers are gone (a change), its evidence is void.
   std::vector<TrackChange> ForgetSensor(const std::string& sensor);

@@ -379,8 +379,8 @@ void LiveWorld::InterpretRegion(const Session& session, const RegionJob& job) {
   const std::lock_guard sequence(sequencer_);
   region_runs_ = false;
   --regions_asked_;
-  // A region that could not be interpreted is asked for again when it rests again.
-  const std::vector<std::int32_t> same = tracker_.Finish(job.sensor, job.request.number);
+  const std::vector<std::int32_t> same =
+      tracker_.Finish(job.sensor, job.request.number, outcome.ok());
   if (!outcome.ok()) return;
   comparison.interpreted.Append(outcome->changes);
   for (const std::string& name : outcome->returned) {

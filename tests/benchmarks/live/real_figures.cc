@@ -25,7 +25,7 @@ constexpr int kInserted = 34;     // three events of each
 constexpr int kMaxMoments = 3;    // within which an event must be told
 constexpr double kMove_m = 0.06;  // of an inserted thing
 
-// A placeholder for the truth of frames without any.
+// Real frames have no truth: it stays empty.
 TrueFrame Untold(RecordedFrame frame) { return {.frame = std::move(frame)}; }
 
 // The pose that the server estimates from a frame: z up, the origin at the sensor. Makes no world.

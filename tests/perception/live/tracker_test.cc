@@ -199,6 +199,33 @@ TEST(TrackerOnSequences, FollowsAThingThatAHandTakesAway) {
   }
 }
 
+// An interpretation that failed leaves its view unknown, and is asked for again.
+TEST(TrackerOnSequences, AsksAgainForAViewThatCouldNotBeInterpreted) {
+  const SequenceScript script = Table(0.1);
+  const SequenceRenderer renderer(script);
+  const std::vector<KnownBody> bodies = KnownBodies(script.scene);
+  SensorView view("head", CameraOf(script.sensors[0].camera), script.sensors[0].noise);
+  Tracker tracker;
+  const auto step = [&](int seconds) {
+    const SequenceFrame rendered = renderer.Render(0, 0);
+    auto image = std::make_shared<DepthImage>();
+    image->width = rendered.depth.width;
+    image->height = rendered.depth.height;
+    image->depth_m = rendered.depth.depth_m;
+    const Stamp stamp{std::chrono::seconds(1000 + seconds)};
+    return tracker.Step(view.Observe({stamp, rendered.camera.X_WC, image}, bodies, {}), bodies);
+  };
+  const StepResult first = step(0);
+  ASSERT_EQ(first.requests.size(), 1U);
+  EXPECT_TRUE(tracker.Finish("head", first.requests[0].number, false).empty());
+  EXPECT_TRUE(step(1).requests.empty()) << "not with every frame";
+  const StepResult again = step(4);
+  ASSERT_EQ(again.requests.size(), 1U);
+  EXPECT_TRUE(again.requests[0].is_whole_view);
+  tracker.Finish("head", again.requests[0].number);
+  EXPECT_TRUE(step(9).requests.empty());
+}
+
 TEST(TrackerOnSequences, SameFramesGiveTheSameChanges) {
   SequenceScript script = Table(2);
   PushByHand(1, {0.8, 1.4}, Beside(script, 1, {0.05, 0.02, 0}),
