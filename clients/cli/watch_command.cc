@@ -113,7 +113,7 @@ void PrintMessage(const pb::WatchWorldResponse& message, std::ostream& out) {
   for (const pb::PairRule& rule : message.events().pair_rules()) {
     PrintRule(rule, message.revision(), "rule  ", out);
   }
-  // Of a map, in the order of names.
+  // The entries of a map in the order of names.
   const auto& facts = message.bookmark().facts();
   for (const auto& [name, told] :
        std::map<std::string, pb::SensorFacts>(facts.begin(), facts.end())) {

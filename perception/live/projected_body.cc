@@ -8,6 +8,7 @@
 #include <variant>
 
 #include "collision/geometry/aabb.h"
+#include "perception/live/box_edges.h"
 
 namespace cwm::perception {
 namespace {
@@ -54,19 +55,6 @@ void ClipAtNearPlane(std::span<const Vector3> polygon, std::vector<Vector3>& cli
     clipped.push_back(cut);
   }
 }
-
-constexpr std::array<std::array<int, 2>, 12> kBoundsEdges = {{{0, 1},
-                                                              {2, 3},
-                                                              {4, 5},
-                                                              {6, 7},
-                                                              {0, 2},
-                                                              {1, 3},
-                                                              {4, 6},
-                                                              {5, 7},
-                                                              {0, 4},
-                                                              {1, 5},
-                                                              {2, 6},
-                                                              {3, 7}}};
 
 }  // namespace
 
@@ -338,7 +326,7 @@ class ProjectedBody::Builder {
           X_CS_ * box_S.corner(static_cast<Aabb::CornerType>(i));
     }
     ImageBounds bounds;
-    for (const auto& [first, second] : kBoundsEdges) {
+    for (const auto& [first, second] : kBoxEdges) {
       Vector3 a = corners_C[static_cast<std::size_t>(first)];
       Vector3 b = corners_C[static_cast<std::size_t>(second)];
       if (a.z() > b.z()) std::swap(a, b);

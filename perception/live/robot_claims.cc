@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "perception/live/box_edges.h"
+
 #include "perception/live/frame_classes.h"
 
 namespace cwm::perception {
@@ -14,20 +16,6 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr auto kRobotPixel = static_cast<std::uint8_t>(PixelClass::kRobot);
 constexpr auto kCarriedPixel = static_cast<std::uint8_t>(PixelClass::kCarried);
 constexpr auto kMixedPixelOfRobot = static_cast<std::uint8_t>(PixelClass::kMixed);
-
-// The corners of a box at each end of its twelve edges, as AlignedBox numbers them: a bit an axis.
-constexpr std::array<std::array<int, 2>, 12> kBoxEdges = {{{0, 1},
-                                                           {2, 3},
-                                                           {4, 5},
-                                                           {6, 7},
-                                                           {0, 2},
-                                                           {1, 3},
-                                                           {4, 6},
-                                                           {5, 7},
-                                                           {0, 4},
-                                                           {1, 5},
-                                                           {2, 6},
-                                                           {3, 7}}};
 
 // A ball that holds the points of a block's pixels, between two depths.
 struct BlockBall {

@@ -53,12 +53,12 @@ struct SensorCalibration {
   double pose_sigma_m = 0, pose_sigma_rad = 0;
 };
 
-// Of a frame, besides its image.
+// The facts of a frame besides its image.
 struct FrameInfo {
   Time stamp = {};  // the middle of the exposure
   double exposure_s = 0;
   std::optional<Eigen::Isometry3d> X_WS = {};  // of a sensor that moves, at the stamp
-  // Of that pose: translation (m), then rotation (rad), both in the world's frame.
+  // The covariance of that pose: translation (m), then rotation (rad), both in the world's frame.
   std::optional<Eigen::Matrix<double, 6, 6>> covariance = {};
 };
 

@@ -25,7 +25,7 @@ export type ConnectionState =
   | { is: "waiting"; why: string }   // to try again
   | { is: "refused"; why: string };  // for good
 
-// Of a paced call the page gets a message, and the next one when it asks for it: the newest by then.
+// The page gets a message of a paced call, and the next one when it asks for it: the newest by then.
 export type ToWorker =
   | { what: "begin"; id: number; method: Method; request: Json; isPaced: boolean }
   | { what: "next"; id: number }

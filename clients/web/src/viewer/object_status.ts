@@ -13,7 +13,7 @@ export const motionWord = ({ motion }: Facts): string => known(motion, "MOTION")
 
 export const visibilityWord = ({ visibility }: Facts): string => known(visibility, "VISIBILITY");
 
-// What is worth a mark in a list: nothing for an object that is seen at rest. Without a running
+// The words worth a mark in a list: nothing for an object that is seen at rest. Without a running
 // sensor, the state that scans left.
 export function statusText(object: Facts): string {
   const motion = motionWord(object);

@@ -54,7 +54,7 @@ export interface RobotEvent {
   remove?: string;
 }
 
-// What running sensors say of an object. It changes without a revision.
+// The facts of running sensors about an object. It changes without a revision.
 export interface SensorFacts {
   motion: string;
   visibility: string;

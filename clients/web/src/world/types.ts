@@ -111,7 +111,7 @@ export interface WorldObject {
   attached_to: string;
   reachable?: boolean;
   attachment?: Attachment;
-  // What running sensors say of it; see SensorFacts.
+  // The facts of running sensors about it; see SensorFacts.
   motion: string;
   visibility: string;
   identity_certain?: boolean;

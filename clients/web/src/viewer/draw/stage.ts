@@ -114,7 +114,7 @@ export class Stage {
   // True if the newest picture will be drawn again, better.
   get isDraft(): boolean { return this.pacer.isDraft; }
 
-  // Whether a picture is being drawn.
+  // True while a picture is being drawn.
   private isBusy(): boolean {
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     if (this.fence && gl.clientWaitSync(this.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return true;

@@ -72,7 +72,7 @@ function objectFacts(object: WorldObject, kindWord: string): HTMLElement {
     fact("Revisions", `made ${count(object.create_revision)}, shape ${count(object.geometry_revision)}, pose ${count(object.pose_revision)}`));
 }
 
-// What running sensors say of it.
+// The facts of running sensors about it.
 function sensorFacts(object: WorldObject): HTMLElement[][] {
   const motion = motionWord(object);
   const visibility = visibilityWord(object);

@@ -57,7 +57,7 @@ export class SensorPanel {
     this.legend.hidden = !isOn;
   }
 
-  // Of the newest frames of all sensors.
+  // Shares over the newest frames of all sensors.
   showShares(frames: readonly PixelCounts[]): void {
     for (const [key, share] of this.shares) write(share, shareText(key, frames));
   }
