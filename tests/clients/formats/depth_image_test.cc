@@ -12,7 +12,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr DepthCamera kCamera{.fx_px = 100, .fy_px = 50, .cx_px = 1, .cy_px = 0};
+const DepthCamera kCamera{.fx_px = 100, .fy_px = 50, .cx_px = 1, .cy_px = 0};
 
 // A PNG by libpng's own writer.
 std::string Png(int width, int height, int bit_depth, const std::vector<std::uint16_t>& values) {
