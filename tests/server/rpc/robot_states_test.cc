@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
-#include <cstring>
 #include <thread>
 
 #include "server/core/live/robot_states.h"
@@ -39,8 +38,9 @@ v1::StreamRobotStatesRequest StatesAt(const std::vector<SystemTime>& stamps,
   }
   v1::JointRows* rows = request.mutable_states()->mutable_rows();
   rows->set_scalar(v1::SCALAR_F64);
-  rows->mutable_data()->resize(values.size() * sizeof(double));
-  std::memcpy(rows->mutable_data()->data(), values.data(), rows->data().size());
+  for (const double value : values) {
+    rows->mutable_data()->append(reinterpret_cast<const char*>(&value), sizeof(value));
+  }
   return request;
 }
 
