@@ -4,26 +4,16 @@
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <numeric>
 
+#include "perception/live/pixel_lanes.h"
 #include "perception/live/pixel_rays.h"
 
 namespace cwm::perception {
 namespace {
 
 constexpr auto kConsistentByte = static_cast<std::uint8_t>(PixelClass::kConsistent);
-constexpr auto kMissingShift = 2;
-static_assert(1 << kMissingShift == static_cast<int>(PixelClass::kMissing));
 constexpr std::size_t kBytesPerWord = 8;
-
-// kConsistent within the gates, kMissing at 0, else 0. No branches: the compiler vectorises it.
-void CompareWithGates(const float* depth_m, const float* low_m, const float* high_m,
-                      std::size_t count, std::uint8_t* classes) {
-  for (std::size_t i = 0; i < count; ++i) {
-    const float z = depth_m[i];
-    const int is_within = static_cast<int>(z >= low_m[i]) & static_cast<int>(z <= high_m[i]);
-    classes[i] = static_cast<std::uint8_t>(is_within | static_cast<int>(z == 0) << kMissingShift);
-  }
-}
 
 // Calls visit(i) for each byte of [begin, end) that is not kConsistent.
 template <class Visit>
@@ -93,6 +83,34 @@ class DeviationJudge {
   const PixelRays rays_;
 };
 
+// Counts pixels by body and class. Neighbours are mostly of one kind, so they are counted first.
+class PixelTally {
+ public:
+  PixelTally(BodyPixels& by_body, PixelCounts& all) : by_body_(by_body), all_(all) {}
+
+  void Add(BodyId body, PixelClass pixel) {
+    const auto index = static_cast<std::size_t>(pixel);
+    if (body != body_ || index != index_) {
+      Flush();
+      body_ = body;
+      index_ = index;
+    }
+    ++count_;
+  }
+  void Flush() {
+    all_[index_] += count_;
+    by_body_.of(body_)[index_] += count_;
+    count_ = 0;
+  }
+
+ private:
+  BodyPixels& by_body_;
+  PixelCounts& all_;
+  BodyId body_ = kNoBody;
+  std::size_t index_ = 0;
+  std::int64_t count_ = 0;
+};
+
 void Increment(std::uint8_t& count) { ++count; }  // a block has at most 64 pixels
 
 void FindHotBlocks(const std::size_t block_count, BlockCounts& blocks, FrameClasses& classes) {
@@ -135,7 +153,7 @@ void CompareFrame(const DepthImage& image, const DepthCamera& camera, const Know
   const DeviationJudge judge(known, camera);
   const std::vector<BodyId>& bodies = *known.body;
   PixelCounts counts = {};
-  std::int64_t inconsistent = 0;
+  PixelTally tally(by_body, counts);
   for (int v = 0; v < camera.height; ++v) {
     const std::size_t row = static_cast<std::size_t>(v) * camera.width;
     const std::size_t block_row = static_cast<std::size_t>(v / kBlock_px) * classes.block_columns;
@@ -151,14 +169,13 @@ void CompareFrame(const DepthImage& image, const DepthCamera& camera, const Know
           Increment(pixel == PixelClass::kNearer ? blocks.nearer[block] : blocks.farther[block]);
         }
       }
-      const auto index = static_cast<std::size_t>(pixel);
-      ++counts[index];
-      ++inconsistent;
-      ++by_body.of(bodies[i])[index];
+      tally.Add(bodies[i], pixel);
     });
   }
+  tally.Flush();
   counts[static_cast<std::size_t>(PixelClass::kConsistent)] =
-      static_cast<std::int64_t>(pixel_count) - inconsistent;
+      static_cast<std::int64_t>(pixel_count) -
+      std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
   classes.counts = counts;
   FindHotBlocks(block_count, blocks, classes);
 }

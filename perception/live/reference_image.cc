@@ -1,9 +1,13 @@
 #include "perception/live/reference_image.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <utility>
+
+#include "perception/live/pixel_lanes.h"
 
 namespace cwm::perception {
 namespace {
@@ -27,6 +31,12 @@ constexpr float kPriorShare = 0.2F;
 constexpr int kDeviationTurns = 2;
 // chosen: turns of a row between two looks for edges, some two seconds at 30 Hz.
 constexpr int kEdgeTurns = 4;
+constexpr LearningGains kMature = {.mean = kMatureGain,
+                                   .spread = kMatureSpreadGain,
+                                   .validity = kValidityGain,
+                                   .prior_share = kPriorShare,
+                                   .gate_sigma = kDifference_sigma,
+                                   .least_low_m = kLeastLow_m};
 // chosen: holes are compared with what is around them, which hardly changes.
 constexpr int kHoleFrames = 64;
 
@@ -35,6 +45,41 @@ constexpr int kHoleFrames = 64;
 constexpr int kEdgeRadius_px = 2;
 constexpr float kMinBend_m = 0.01F;
 constexpr float kBend_sigma = 4;
+
+static_assert(kBlock_px == kPixelGroup);
+
+// True if all bytes of a group of pixels are this one.
+bool AllAre(const void* group, std::uint8_t byte) {
+  std::array<std::uint8_t, kPixelGroup> all;
+  all.fill(byte);
+  return std::memcmp(group, all.data(), kPixelGroup) == 0;
+}
+
+bool AreConsistentOrMissing(const std::uint8_t* classes) {
+  constexpr std::uint64_t kEach = 0x0101010101010101ULL;
+  constexpr auto kConsistent = static_cast<std::uint64_t>(PixelClass::kConsistent);
+  constexpr auto kMissing = static_cast<std::uint64_t>(PixelClass::kMissing);
+  static_assert(kConsistent == 1 && kMissing == 4);
+  std::uint64_t group = 0;
+  std::memcpy(&group, classes, kPixelGroup);
+  const std::uint64_t others = group & ~(kEach * (kConsistent | kMissing));
+  const std::uint64_t both = group & (group >> 2) & kEach;  // of one pixel: another class
+  return others == 0 && both == 0;
+}
+
+// Calls use(u, count) for each run of whole groups of a row for which `is_run` holds, and rest(u)
+// for each of the other pixels. `is_run` takes the first pixel of a group.
+template <class IsRun, class Use, class Rest>
+void ByRuns(int width, const IsRun& is_run, const Use& use, const Rest& rest) {
+  constexpr int kGroup = static_cast<int>(kPixelGroup);
+  for (int u = 0; u < width;) {
+    int end = u;
+    while (end + kGroup <= width && is_run(end)) end += kGroup;
+    if (end > u) use(u, static_cast<std::size_t>(end - u));
+    u = end;
+    for (const int after = std::min(width, end + kGroup); u < after; ++u) rest(u);
+  }
+}
 
 }  // namespace
 
@@ -49,7 +94,9 @@ ReferenceImage::ReferenceImage(const DepthCamera& camera, const DepthNoise& nois
       low_m_(camera.pixel_count(), kInfinite_m),
       high_m_(low_m_),
       is_edge_(camera.pixel_count(), 0),
-      deviations_(camera.pixel_count()),
+      prior_m2_(camera.pixel_count(), 0),
+      deviation_m_(camera.pixel_count(), 0),
+      deviation_turns_(camera.pixel_count(), 0),
       block_columns_((camera.width + kBlock_px - 1) / kBlock_px),
       hole_low_m_(
           static_cast<std::size_t>(block_columns_) * ((camera.height + kBlock_px - 1) / kBlock_px),
@@ -61,7 +108,7 @@ void ReferenceImage::Forget() {
   std::ranges::fill(validity_, 0);
   std::ranges::fill(low_m_, kInfinite_m);
   std::ranges::fill(high_m_, kInfinite_m);
-  std::ranges::fill(deviations_, Deviation());
+  std::ranges::fill(deviation_turns_, 0);
   std::ranges::fill(hole_low_m_, kInfinite_m);
   first_frames_ = 0;
   std::ranges::fill(young_until_, frame_ + kMatureFrames);
@@ -93,67 +140,96 @@ void ReferenceImage::Learn(const Frame& frame) {
   ++frame_;
 }
 
+// The pixels of a mature row that are at rest are learnt in groups, which saves most of the time.
 void ReferenceImage::LearnRow(int v, const Frame& frame, bool is_first, bool all_pixels) {
   const std::uint8_t* const hot =
       frame.classes->hot_blocks.data() + static_cast<std::size_t>(v / kBlock_px) * block_columns_;
-  const PixelClass* const classes = frame.classes->pixels.data() + At(0, v);
-  for (int u = 0; u < width_; ++u) {
-    const std::size_t i = At(u, v);
-    const float z = frame.depth_m[i];
-    std::uint8_t& frames = frames_[i];
-    if (!all_pixels && frames >= kMatureFrames) continue;
-    const PixelClass pixel = classes[u];
-    if (pixel == PixelClass::kMissing) {
-      validity_[i] -= validity_[i] * kValidityGain;
-      continue;
-    }
-    const bool is_unknown_at_first =
-        is_first && pixel == PixelClass::kNearer && frame.expected_m[i] == kInfinite_m;
-    const bool is_hot = hot[u / kBlock_px] != 0;
-    if ((pixel != PixelClass::kConsistent || is_hot) && !is_unknown_at_first) {
-      const bool deviates = pixel == PixelClass::kNearer || pixel == PixelClass::kFarther;
-      if (all_pixels && deviates && !is_hot) NoteDeviation(u, v, z);
-      continue;
-    }
-    if (all_pixels) deviations_[i].turns = 0;
-    if (frames == 0) {
-      validity_[i] = std::max(validity_[i], 0.5F);
+  const std::size_t row = At(0, v);
+  const auto* const classes =
+      reinterpret_cast<const std::uint8_t*>(frame.classes->pixels.data() + row);
+  const std::uint8_t* const frames = frames_.data() + row;
+  const auto learn = [&](int u) {
+    if (!all_pixels && frames[u] >= kMatureFrames) return;
+    LearnPixel(u, v, frame, is_first, all_pixels, hot[u / kBlock_px] != 0);
+  };
+  if (!all_pixels) {
+    for (int u = 0; u < width_; ++u) learn(u);
+    return;
+  }
+  const auto rests = [&](int u) {
+    return hot[u / kBlock_px] == 0 && AllAre(frames + u, kMatureFrames) &&
+           AllAre(deviation_turns_.data() + row + u, 0) && AreConsistentOrMissing(classes + u);
+  };
+  const auto learn_run = [&](int u, std::size_t count) {
+    LearnDepths(frame.depth_m.data() + row + u, PixelsFrom(row + u), count, kMature);
+  };
+  ByRuns(width_, rests, learn_run, learn);
+}
+
+ReferencePixels ReferenceImage::PixelsFrom(std::size_t first) {
+  return {.mean_m = mean_m_.data() + first,
+          .variance_m2 = variance_m2_.data() + first,
+          .validity = validity_.data() + first,
+          .low_m = low_m_.data() + first,
+          .high_m = high_m_.data() + first,
+          .prior_m2 = prior_m2_.data() + first};
+}
+
+void ReferenceImage::LearnPixel(int u, int v, const Frame& frame, bool is_first, bool is_turn,
+                                bool is_hot) {
+  const std::size_t i = At(u, v);
+  const float z = frame.depth_m[i];
+  std::uint8_t& frames = frames_[i];
+  const PixelClass pixel = frame.classes->pixels[i];
+  if (pixel == PixelClass::kMissing) {
+    validity_[i] -= validity_[i] * kValidityGain;
+    return;
+  }
+  const bool is_unknown_at_first =
+      is_first && pixel == PixelClass::kNearer && frame.expected_m[i] == kInfinite_m;
+  if ((pixel != PixelClass::kConsistent || is_hot) && !is_unknown_at_first) {
+    const bool deviates = pixel == PixelClass::kNearer || pixel == PixelClass::kFarther;
+    if (is_turn && deviates && !is_hot) NoteDeviation(i, z);
+    return;
+  }
+  if (is_turn) deviation_turns_[i] = 0;
+  if (frames == 0) {
+    validity_[i] = std::max(validity_[i], 0.5F);
+    mean_m_[i] = z;
+    frames = 1;
+    return;
+  }
+  validity_[i] += (1 - validity_[i]) * kValidityGain;
+  const float deviation = z - mean_m_[i];
+  if (frames < kUsableFrames) {
+    if (frames == 1) variance_m2_[i] = PriorVariance_m2(u, v);
+    if (deviation * deviation > 2 * kDifference_sigma * kDifference_sigma * variance_m2_[i]) {
       mean_m_[i] = z;
       frames = 1;
-      continue;
+      return;
     }
-    validity_[i] += (1 - validity_[i]) * kValidityGain;
-    const float deviation = z - mean_m_[i];
-    if (frames < kUsableFrames) {
-      if (frames == 1) variance_m2_[i] = PriorVariance_m2(u, v);
-      if (deviation * deviation > 2 * kDifference_sigma * kDifference_sigma * variance_m2_[i]) {
-        mean_m_[i] = z;
-        frames = 1;
-        continue;
-      }
-    } else if (z < low_m_[i] || z > high_m_[i]) {
-      continue;
-    }
-    const bool is_mature = frames >= kMatureFrames;
-    if (!is_mature) ++frames;
-    const float gain = is_mature ? kMatureGain : 1.0F / static_cast<float>(frames);
-    const float spread_gain =
-        is_mature ? kMatureSpreadGain : 1.0F / (kPriorFrames + static_cast<float>(frames));
-    variance_m2_[i] += spread_gain * ((1 - gain) * deviation * deviation - variance_m2_[i]);
-    mean_m_[i] += gain * deviation;
+  } else if (z < low_m_[i] || z > high_m_[i]) {
+    return;
   }
+  const bool is_mature = frames >= kMatureFrames;
+  if (!is_mature) ++frames;
+  const float gain = is_mature ? kMatureGain : 1.0F / static_cast<float>(frames);
+  const float spread_gain =
+      is_mature ? kMatureSpreadGain : 1.0F / (kPriorFrames + static_cast<float>(frames));
+  variance_m2_[i] += spread_gain * ((1 - gain) * deviation * deviation - variance_m2_[i]);
+  mean_m_[i] += gain * deviation;
 }
 
 // Few pixels of a block that look different for good are no news.
-void ReferenceImage::NoteDeviation(int u, int v, float depth_m) {
-  const std::size_t i = At(u, v);
-  Deviation& deviation = deviations_[i];
-  const bool is_same = deviation.turns > 0 && std::abs(depth_m - deviation.depth_m) <=
-                                                  kDifference_sigma * noise_.Axial_m(depth_m);
+void ReferenceImage::NoteDeviation(std::size_t pixel, float depth_m) {
+  std::uint8_t& turns = deviation_turns_[pixel];
+  const bool is_same = turns > 0 && std::abs(depth_m - deviation_m_[pixel]) <=
+                                        kDifference_sigma * noise_.Axial_m(depth_m);
   if (!is_same) {
-    deviation = {.depth_m = depth_m, .turns = 1};
-  } else if (deviation.turns++ == kDeviationTurns) {
-    Take(i, depth_m);
+    deviation_m_[pixel] = depth_m;
+    turns = 1;
+  } else if (turns++ == kDeviationTurns) {
+    Take(pixel, depth_m);
   }
 }
 
@@ -166,7 +242,7 @@ void ReferenceImage::Shift(std::size_t pixel, float by_m) {
 void ReferenceImage::ForgetPixel(std::size_t pixel) {
   frames_[pixel] = 0;
   low_m_[pixel] = high_m_[pixel] = kInfinite_m;
-  deviations_[pixel] = {};
+  deviation_turns_[pixel] = 0;
   young_until_[pixel / static_cast<std::size_t>(width_)] = frame_ + kMatureFrames;
 }
 
@@ -209,14 +285,26 @@ void ReferenceImage::RefreshGates(const PixelRectangle& pixels, std::span<const 
 // After a frame was learnt: edges hardly change, so they are looked for again only now and then.
 void ReferenceImage::RefreshRow(int v, std::span<const float> expected_m, bool is_turn) {
   const bool renews_edges = is_turn && frame_ / kTurnFrames % kEdgeTurns == 0;
-  for (int u = 0; u < width_; ++u) {
-    const std::size_t i = At(u, v);
-    const int frames = frames_[i];
-    if (!is_turn && frames == kMatureFrames) continue;
+  const std::size_t row = At(0, v);
+  const std::uint8_t* const all_frames = frames_.data() + row;
+  const auto refresh = [&](int u) {
+    const int frames = all_frames[u];
+    if (!is_turn && frames == kMatureFrames) return;
     const bool is_new = frames == kUsableFrames || frames == 2 * kUsableFrames;
-    if (renews_edges || is_new) is_edge_[i] = static_cast<std::uint8_t>(IsEdge(u, v));
-    RefreshGate(u, v, expected_m[i]);
+    if (renews_edges || is_new) is_edge_[row + u] = static_cast<std::uint8_t>(IsEdge(u, v));
+    RefreshGate(u, v, expected_m[row + u]);
+  };
+  if (!is_turn || renews_edges) {
+    for (int u = 0; u < width_; ++u) refresh(u);
+    return;
   }
+  const auto is_smooth = [&](int u) {
+    return AllAre(all_frames + u, kMatureFrames) && AllAre(is_edge_.data() + row + u, 0);
+  };
+  const auto refresh_run = [&](int u, std::size_t count) {
+    SetGates(PixelsFrom(row + u), count, kMature);
+  };
+  ByRuns(width_, is_smooth, refresh_run, refresh);
 }
 
 // The mean depth of a pixel; `otherwise_m` outside of the image and where nothing is known.
@@ -262,7 +350,8 @@ void ReferenceImage::RefreshGate(int u, int v, float expected_m) {
     }
   }
   const float axial_m = noise_.Axial_m(center);
-  const float variance = (1 - kPriorShare) * variance_m2_[i] + kPriorShare * axial_m * axial_m;
+  prior_m2_[i] = axial_m * axial_m;
+  const float variance = (1 - kPriorShare) * variance_m2_[i] + kPriorShare * prior_m2_[i];
   const float gain =
       frames_[i] >= kMatureFrames ? kMatureGain : 1.0F / static_cast<float>(frames_[i]);
   const float gate_m = kDifference_sigma * std::sqrt(variance * (1 + gain));

@@ -7,6 +7,7 @@
 
 #include "perception/live/depth_noise.h"
 #include "perception/live/frame_classes.h"
+#include "perception/live/pixel_lanes.h"
 #include "perception/live/pixel_rectangle.h"
 
 namespace cwm::perception {
@@ -60,7 +61,9 @@ class ReferenceImage {
 
  private:
   void LearnRow(int v, const Frame& frame, bool is_first, bool all_pixels);
-  void NoteDeviation(int u, int v, float depth_m);
+  void LearnPixel(int u, int v, const Frame& frame, bool is_first, bool is_turn, bool is_hot);
+  void NoteDeviation(std::size_t pixel, float depth_m);
+  ReferencePixels PixelsFrom(std::size_t first);
   void RefreshRow(int v, std::span<const float> expected_m, bool is_turn);
   void RefreshGate(int u, int v, float expected_m);
   bool IsEdge(int u, int v) const;
@@ -76,12 +79,11 @@ class ReferenceImage {
   std::vector<std::uint8_t> frames_;  // learnt, at most kMatureFrames
   std::vector<float> low_m_, high_m_;
   std::vector<std::uint8_t> is_edge_;
+  std::vector<float> prior_m2_;  // of the noise model, when the gates were refreshed
 
-  struct Deviation {
-    float depth_m = 0;
-    int turns = 0;  // of the row, in succession
-  };
-  std::vector<Deviation> deviations_;
+  // A depth that deviates, and for how many turns of its row in succession.
+  std::vector<float> deviation_m_;
+  std::vector<std::uint8_t> deviation_turns_;
 
   int block_columns_;
   std::vector<float> hole_low_m_;  // per block
