@@ -1,6 +1,7 @@
 // Three sensors against the best one of them: what is seen of things, and how well they are fitted.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <string>
 #include <utility>
 
@@ -14,8 +15,9 @@ namespace cwm::benchmarks {
 namespace {
 
 constexpr std::size_t kSensors = 3;
-constexpr int kScenes = 10;
-constexpr int kFrames = 90;
+constexpr int kMaxScenes = 500;
+constexpr int kFrames = 45;
+constexpr std::uint64_t kFirstSeed = 100;
 
 struct SceneScore {
   double observed_share = 0;  // mean over the matched things
@@ -64,9 +66,10 @@ SceneScore ScoreOf(const perception::SequenceScript& script, const Moment& momen
   return score;
 }
 
-// The world after all frames of these sensors, in turn; empty if a stream ends.
+// The world after all frames of these sensors, in turn; empty if a stream ends. What a frame begins
+// is interpreted before the next one.
 std::optional<SceneScore> ScoreWith(const perception::SequenceScript& script,
-                                    std::vector<std::vector<TrueFrame>>& frames,
+                                    const std::vector<std::vector<TrueFrame>>& frames,
                                     const std::vector<std::size_t>& sensors) {
   LiveWorld world;
   if (!world.up()) return std::nullopt;
@@ -74,13 +77,9 @@ std::optional<SceneScore> ScoreWith(const perception::SequenceScript& script,
   for (const std::size_t i : sensors) {
     streams.push_back(&world.AddSensor(script.sensors[i].name, frames[i].front().frame));
   }
-  const double first_s = frames[sensors.front()].front().frame.stamp_s;
-  const Pace pace(first_s);
-  for (int k = 0; k < kFrames; ++k) {
+  for (std::size_t k = 0; k < kFrames; ++k) {
     for (std::size_t s = 0; s < sensors.size(); ++s) {
-      const RecordedFrame& frame = frames[sensors[s]][static_cast<std::size_t>(k)].frame;
-      pace.WaitFor(frame.stamp_s);
-      if (!streams[s]->SendAndWait(frame)) return std::nullopt;
+      if (!SendAndSettle(world, *streams[s], frames[sensors[s]][k].frame)) return std::nullopt;
     }
   }
   const std::int64_t revision = world.Revision();
@@ -92,62 +91,87 @@ std::optional<SceneScore> ScoreWith(const perception::SequenceScript& script,
                  published);
 }
 
+// One table, seen by each sensor alone and by all of them.
+bool MeasureTable(int scene, SceneSamples& samples, Report& report) {
+  const perception::SequenceRenderer renderer(
+      TableScript({.thing_count = 12,
+                   .duration_s = kFrames / 30.0 + 0.1,
+                   .seed = kFirstSeed + static_cast<std::uint64_t>(scene),
+                   .sensor_count = kSensors}));
+  const perception::SequenceScript& script = renderer.script();
+  std::vector<std::vector<TrueFrame>> frames;
+  for (std::size_t i = 0; i < kSensors; ++i) {
+    frames.push_back(RenderFrames(renderer, i, 0, kFrames));
+  }
+  MoveToPast(frames);
+  std::optional<SceneScore> best;
+  for (std::size_t i = 0; i < kSensors; ++i) {
+    auto score = ScoreWith(script, frames, {i});
+    if (!score) {
+      report.Fail("a stream of one sensor ended");
+      return false;
+    }
+    if (!best || score->observed_share > best->observed_share) best = std::move(score);
+  }
+  const auto fused = ScoreWith(script, frames, {0, 1, 2});
+  if (!fused) {
+    report.Fail("a stream of three sensors ended");
+    return false;
+  }
+  samples.Add("single_share", best->observed_share);
+  samples.Add("fused_share", fused->observed_share);
+  samples.Add("single_matched", best->matched);
+  samples.Add("fused_matched", fused->matched);
+  for (const double error_m : best->radius_errors_m) samples.Add("single_radius_m", error_m);
+  for (const double error_m : fused->radius_errors_m) samples.Add("fused_radius_m", error_m);
+  samples.Add("single_twice", best->twice);
+  samples.Add("fused_twice", fused->twice);
+  if (fused->twice > 0) {
+    report.Detail("  seed " + std::to_string(kFirstSeed + static_cast<std::uint64_t>(scene)) +
+                  ": " + std::to_string(fused->twice) + " objects where another one is");
+  }
+  return true;
+}
+
 }  // namespace
 
-void MeasureLiveFusion(Report& report) {
-  double single_share = 0, fused_share = 0;
-  std::vector<double> single_m, fused_m;
-  int twice = 0;
-  for (int scene = 0; scene < kScenes; ++scene) {
-    const perception::SequenceRenderer renderer(
-        TableScript({.thing_count = 12,
-                     .duration_s = kFrames / 30.0 + 0.1,
-                     .seed = 100 + static_cast<std::uint64_t>(scene),
-                     .sensor_count = kSensors}));
-    const perception::SequenceScript& script = renderer.script();
-    std::vector<std::vector<TrueFrame>> frames;
-    for (std::size_t i = 0; i < kSensors; ++i) {
-      frames.push_back(RenderFrames(renderer, i, 0, kFrames));
-    }
-    std::optional<SceneScore> best;
-    for (std::size_t i = 0; i < kSensors; ++i) {
-      MoveToPresent(frames[i]);
-      auto score = ScoreWith(script, frames, {i});
-      if (!score) return report.Fail("a stream of one sensor ended");
-      if (!best || score->observed_share > best->observed_share) best = std::move(score);
-    }
-    for (std::size_t i = 0; i < kSensors; ++i) MoveToPresent(frames[i]);
-    const auto fused = ScoreWith(script, frames, {0, 1, 2});
-    if (!fused) return report.Fail("a stream of three sensors ended");
-    single_share += best->observed_share / kScenes;
-    fused_share += fused->observed_share / kScenes;
-    single_m.insert(single_m.end(), best->radius_errors_m.begin(), best->radius_errors_m.end());
-    fused_m.insert(fused_m.end(), fused->radius_errors_m.begin(), fused->radius_errors_m.end());
-    twice += fused->twice;
-  }
-  const std::string how = ", " + std::to_string(kScenes) + " tables of 12 things";
-  report.Add(WithLimit({.key = "fusion_gain",
-                        .value = 1e2 * (fused_share - single_share),
-                        .unit = "points",
-                        .how = "mean observed share of the first shape with three sensors, " +
-                               std::to_string(1e2 * fused_share) +
-                               " %, less that with the best "
-                               "one alone" +
-                               how},
-                       25, "at least"));
+void MeasureLiveFusion(const SceneOptions& options, Report& report) {
+  const auto samples = MeasureScenes(
+      options, "fusion", kMaxScenes, report,
+      [&](int scene, SceneSamples& scenes) { return MeasureTable(scene, scenes, report); });
+  if (!samples) return;
+  const int count = samples->scene_count();
+  const std::string how = ", " + std::to_string(count) + " tables of 12 things";
+  const double single = samples->Sum("single_share") / count;
+  const double fused = samples->Sum("fused_share") / count;
+  char text[200];
+  std::snprintf(text, sizeof(text),
+                "mean observed share of the first shape with three sensors, %.1f %%, less that "
+                "with the best one alone, %.1f %%; things found %.0f and %.0f",
+                1e2 * fused, 1e2 * single, samples->Sum("fused_matched"),
+                samples->Sum("single_matched"));
+  report.Add(WithLimit(
+      {.key = "fusion_gain", .value = 1e2 * (fused - single), .unit = "points", .how = text + how},
+      25, "at least"));
+  const std::vector<double> single_m = samples->Of("single_radius_m");
+  const std::vector<double> fused_m = samples->Of("fused_radius_m");
   if (single_m.empty() || fused_m.empty()) return report.Fail("no round thing was matched");
+  std::snprintf(text, sizeof(text),
+                "median error of the radii of balls and cans with three sensors, %.2f mm of %zu, "
+                "to that with the best one, %.2f mm of %zu",
+                1e3 * Median(fused_m), fused_m.size(), 1e3 * Median(single_m), single_m.size());
   report.Add(WithLimit({.key = "fusion_radius_ratio",
                         .value = Median(fused_m) / Median(single_m),
                         .unit = "x",
-                        .how = "median error of the radii of balls and cans with three sensors, to "
-                               "that with the best one" +
-                               how},
+                        .how = text + how},
                        0.6));
   report.Add(
       WithLimit({.key = "fusion_twice",
-                 .value = static_cast<double>(twice),
+                 .value = samples->Sum("fused_twice"),
                  .unit = "1",
-                 .how = "objects published at the place of a thing that another one is" + how},
+                 .how = "objects published at the place of a thing that another one is, "
+                        "with three sensors; with the best one alone " +
+                        std::to_string(static_cast<int>(samples->Sum("single_twice"))) + how},
                 0));
 }
 

@@ -1,6 +1,7 @@
 // A hand over the table: what is published of it, and what is not changed by it.
 #include <algorithm>
 #include <numbers>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -103,13 +104,14 @@ struct HandSums {
   std::vector<double> gone_ms;  // by leave
 };
 
-// A hand that left is gone when no mover is published.
+// A hand that left is gone when no mover or residual is published that was not there before it.
 void MeasureFrames(const perception::SequenceRenderer& renderer,
                    const std::vector<TrueFrame>& frames, double first_stamp_s,
                    const Recording& recording, HandSums& sums) {
   const SequenceScript& script = renderer.script();
   bool was_present = false;
   double left_s = -1;
+  std::set<std::string> before;  // the hand came
   for (std::size_t m = 0; m < recording.timeline.size(); ++m) {
     const TrueFrame& frame = frames[recording.frames[m]];
     const double time_s = frame.frame.stamp_s - first_stamp_s;
@@ -133,10 +135,17 @@ void MeasureFrames(const perception::SequenceRenderer& renderer,
       sums.excess.push_back(FarVolume_m3(boxes, script.hands[h], *state.X_WH[h]) /
                             VolumeOf_m3(script.hands[h].shape));
     }
+    if (is_present && !was_present && m > 0) {
+      before.clear();
+      for (const PublishedThing& thing : recording.timeline[m - 1].published) {
+        before.insert(thing.name);
+      }
+    }
     if (was_present && !is_present) left_s = time_s;
-    const bool has_mover = std::ranges::any_of(
-        recording.timeline[m].published,
-        [](const PublishedThing& thing) { return thing.kind == PublishedKind::kMover; });
+    const bool has_mover =
+        std::ranges::any_of(recording.timeline[m].published, [&](const PublishedThing& thing) {
+          return thing.kind != PublishedKind::kThing && !before.contains(thing.name);
+        });
     if (left_s >= 0 && (!has_mover || is_present)) {
       sums.gone_ms.push_back(1e3 * (time_s - left_s));
       left_s = -1;
@@ -187,7 +196,7 @@ void MeasureLiveHand(Report& report) {
                         .unit = "ms",
                         .how = "the longest of " + std::to_string(sums.gone_ms.size()) +
                                " times from the first frame without the hand to that without a "
-                               "mover"},
+                               "mover or a residual that was not there before"},
                        66));
   const ChangeVerdict changes = JudgeChanges(recording->timeline, 1);
   for (const std::string& line : changes.lines) report.Detail("  hand: " + line);

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/benchmarks/live/scene_samples.h"
 #include "tests/benchmarks/report.h"
 
 namespace cwm::benchmarks {
@@ -22,8 +23,11 @@ void MeasureLiveYardstick(Report& report);
 // live_change_p50_ms, live_change_p95_ms.
 void MeasureLiveChange(Report& report);
 
-// Frames in which nothing changes: live_static_fps_1, live_static_fps_3, live_static_revisions.
+// Rates without dropped frames while nothing changes: live_static_fps_1, live_static_fps_3.
 void MeasureLiveStatic(Report& report);
+
+// 3 000 frames in which nothing changes: live_static_revisions.
+void MeasureLiveRevisions(Report& report);
 
 // Processor time of a frame by its share of changed pixels: live_cpu_ms_0, _2, _5, _20, and with
 // 200 known objects live_cpu_known_ratio.
@@ -32,7 +36,7 @@ void MeasureLiveCpu(Report& report);
 // Things that jump, vanish and come back, against the truth: live_notice_ms_added, _removed,
 // _moved_20, _moved_5, _moved_2, live_rest_error_mm, live_rest_error_p95_mm, live_rest_jitter,
 // live_false_changes, live_id_switches, live_names_kept.
-void MeasureLiveTruth(Report& report);
+void MeasureLiveTruth(const SceneOptions& options, Report& report);
 
 // A hand that takes, puts and pushes things: live_movers_covered, live_movers_excess,
 // live_movers_gone_ms, live_movers_shapes, live_hand_false_changes.
@@ -40,7 +44,7 @@ void MeasureLiveHand(Report& report);
 
 // A robot whose hand sweeps over the things: live_arm_frames, live_arm_things_kept,
 // live_false_removals_hidden.
-void MeasureLiveArm(Report& report);
+void MeasureLiveArm(const SceneOptions& options, Report& report);
 
 // Three sensors beside queries and writes: live_three_sensors_p95_ms, live_query_p99_ratio,
 // live_put_p99_ms.
@@ -52,16 +56,19 @@ void MeasureLiveReal(Report& report);
 
 // Three views of one table against the best of them: fusion_gain, fusion_radius_ratio,
 // fusion_twice.
-void MeasureLiveFusion(Report& report);
+void MeasureLiveFusion(const SceneOptions& options, Report& report);
 
-// Doubled and late frames against the frames in order: live_order.
-void MeasureLiveOrder(Report& report);
+// Late, doubled, swapped and lost frames against the processed ones alone: live_order.
+void MeasureLiveOrder(const SceneOptions& options, Report& report);
 
-// Memory and latency over time: live_soak_mib, live_soak_p95_ratio. The first third warms up.
+// Memory and latency over time: live_soak, live_soak_p95_ratio. The first third warms up.
 void MeasureLiveSoak(double minutes, Report& report);
 
 struct LiveBenchmarkOptions {
-  double soak_minutes = 30;
+  // For which truth, arm, fusion and order begin new scenes, and the length of the soak; empty: 3,
+  // 3, 4, 4 and 30.
+  std::optional<double> minutes = {};
+  std::string samples = {};  // as in SceneOptions
 };
 
 // The parts by the names by which they can be measured alone.

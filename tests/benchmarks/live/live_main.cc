@@ -1,5 +1,4 @@
-// The figures of live sensors alone: quick to build while working on them. Prints the same figures
-// as ./dev bench live.
+// The figures of live sensors alone, all or by parts. Prints the same figures as ./dev bench live.
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
@@ -15,43 +14,55 @@
 namespace {
 
 constexpr char kUsage[] =
-    "cwm-bench-live [PART] [--server PROGRAM] [--minutes N] [--json FILE]\n"
-    "PART is all, yardstick, change, static, cpu, load, truth, hand, arm, real, fusion, order or\n"
-    "soak. --server measures another cwm-server than the one beside this program; the soak takes\n"
-    "N minutes (30).\n";
+    "cwm-bench-live [PART...] [--minutes N] [--samples FILE] [--server PROGRAM] [--json FILE]\n"
+    "PART is all (without the soak), yardstick, change, static, revisions, cpu, load, truth, "
+    "hand,\n"
+    "arm, real, fusion, order or soak. truth, arm, fusion and order repeat scenes: they begin "
+    "none\n"
+    "after N minutes (3, 3, 4, 4), and with FILE they go on after the scenes that it has, and add\n"
+    "theirs, so that the figures are those of all calls. The soak takes N minutes (30). --server\n"
+    "measures another cwm-server than the one beside this program.\n";
 
 }  // namespace
 
 int main(int argc, char** argv) {
   using namespace cwm::benchmarks;
   if (PrintsUsage(argc, argv, kUsage)) return 0;
-  std::string json, server, minutes = "30";
-  const std::map<std::string, std::string*> words = {
-      {"--json", &json}, {"--server", &server}, {"--minutes", &minutes}};
-  std::string part = "all";
+  std::string json, server, minutes;
+  LiveBenchmarkOptions options;
+  const std::map<std::string, std::string*> words = {{"--json", &json},
+                                                     {"--server", &server},
+                                                     {"--minutes", &minutes},
+                                                     {"--samples", &options.samples}};
+  std::vector<std::string> asked;
   for (int i = 1; i < argc; ++i) {
     const auto option = words.find(argv[i]);
     if (option != words.end() && i + 1 < argc) {
       *option->second = argv[++i];
     } else {
-      part = argv[i];
+      asked.emplace_back(argv[i]);
     }
   }
   if (!server.empty()) UseServerProgram(server);
-  LiveBenchmarkOptions options;
-  options.soak_minutes = std::strtod(minutes.c_str(), nullptr);
-  if (!(options.soak_minutes > 0)) {
-    std::fprintf(stderr, "--minutes is %s, must be a positive number\n", minutes.c_str());
-    return 1;
+  if (!minutes.empty()) {
+    options.minutes = std::strtod(minutes.c_str(), nullptr);
+    if (!(*options.minutes > 0)) {
+      std::fprintf(stderr, "--minutes is %s, must be a positive number\n", minutes.c_str());
+      return 1;
+    }
   }
+  const auto parts = LiveParts(options);
+  if (asked.empty()) asked = {"all"};
   Report report;
-  bool is_known = false;
-  for (const auto& [name, measure] : LiveParts(options)) {
-    if (part != "all" && part != name) continue;
-    is_known = true;
-    measure(report);
+  for (const std::string& word : asked) {
+    bool is_known = false;
+    for (const auto& [name, measure] : parts) {
+      if (word != name && (word != "all" || name == "soak")) continue;
+      is_known = true;
+      measure(report);
+    }
+    if (!is_known) report.Fail("unknown word " + word + "\n" + kUsage);
   }
-  if (!is_known) report.Fail("unknown word " + part + "\n" + kUsage);
   report.Print();
   if (!json.empty()) report.WriteJson(json);
   return report.failed() ? 1 : 0;

@@ -84,14 +84,13 @@ perception::SequenceScript TableScript(const TableOptions& options) {
   return script;
 }
 
-perception::SequenceScript PushedThing(double begin_s, double duration_s, int sensor_count) {
+perception::SequenceScript PushedThing(double begin_s, const TableOptions& table) {
   constexpr double kWay_m = 0.08, kStroke_s = 2;
-  perception::SequenceScript script =
-      TableScript({.duration_s = duration_s, .sensor_count = sensor_count});
+  perception::SequenceScript script = TableScript(table);
   const std::size_t thing = kFirstThing + 2;
   const Pose home = script.scene.objects[thing].X_WO;
   bool is_home = true;
-  for (double time_s = begin_s; time_s + kStroke_s <= duration_s; time_s += kStroke_s) {
+  for (double time_s = begin_s; time_s + kStroke_s <= table.duration_s; time_s += kStroke_s) {
     const Pose target = is_home ? MakeTranslation(-kWay_m, 0, 0) * home : home;
     script.events.push_back({.object = thing,
                              .begin_s = time_s,

@@ -27,6 +27,6 @@ perception::SequenceScript TableScript(const TableOptions& options);
 
 // That table, with a thing of the front row that goes 8 cm towards the first sensor and back, at 4
 // cm/s, again and again from `begin_s` on.
-perception::SequenceScript PushedThing(double begin_s, double duration_s, int sensor_count = 1);
+perception::SequenceScript PushedThing(double begin_s, const TableOptions& table);
 
 }  // namespace cwm::benchmarks

@@ -1,6 +1,8 @@
 #include "tests/benchmarks/live/live_world.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -17,15 +19,23 @@ double Now_s() {
   return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
 }
 
-v1::RobotStateRows RowOf(const perception::JointStateDelivery& state, double stamp_offset_s) {
+v1::RobotStateRows RowOf(const std::vector<double>& state, double stamp_s) {
   v1::RobotStateRows rows;
-  SetStamp(state.stamp_s + stamp_offset_s, rows.add_stamps());
+  SetStamp(stamp_s, rows.add_stamps());
   v1::JointRows& values = *rows.mutable_rows();
   values.set_scalar(v1::SCALAR_F64);
-  values.set_width(static_cast<std::int32_t>(state.values.size()));
-  values.mutable_data()->resize(state.values.size() * sizeof(double));
-  std::memcpy(values.mutable_data()->data(), state.values.data(), values.data().size());
+  values.set_width(static_cast<std::int32_t>(state.size()));
+  values.mutable_data()->resize(state.size() * sizeof(double));
+  std::memcpy(values.mutable_data()->data(), state.data(), values.data().size());
   return rows;
+}
+
+v1::RobotStatesHeader HeaderOf(const perception::SimulatedRobot& robot) {
+  v1::RobotStatesHeader header;
+  header.set_world(kLiveWorld);
+  header.set_robot(robot.name);
+  for (const std::string& variable : robot.variables) header.add_variables(variable);
+  return header;
 }
 
 }  // namespace
@@ -41,14 +51,19 @@ void MoveStamps(double by_s, std::vector<TrueFrame>& frames) {
   for (TrueFrame& frame : frames) frame.frame.stamp_s += by_s;
 }
 
+void MoveToPast(std::vector<std::vector<TrueFrame>>& frames) {
+  double last_s = -INFINITY;
+  for (const std::vector<TrueFrame>& sensor : frames) {
+    if (!sensor.empty()) last_s = std::max(last_s, sensor.back().frame.stamp_s);
+  }
+  const double by_s = Now_s() - last_s;
+  for (std::vector<TrueFrame>& sensor : frames) MoveStamps(by_s, sensor);
+}
+
 StatePlayer::StatePlayer(const std::string& address, const perception::SimulatedRobot& robot,
                          std::vector<perception::JointStateDelivery> states, double begin_s,
                          double stamp_offset_s) {
-  v1::RobotStatesHeader header;
-  header.set_world(kLiveWorld);
-  header.set_robot(robot.name);
-  for (const std::string& variable : robot.variables) header.add_variables(variable);
-  thread_ = std::jthread([address, header = std::move(header), states = std::move(states), begin_s,
+  thread_ = std::jthread([address, header = HeaderOf(robot), states = std::move(states), begin_s,
                           stamp_offset_s](const std::stop_token& stop) {
     const client::Connection connection({.address = address, .deadline = std::nullopt});
     client::RobotStateStream stream(connection, header);
@@ -56,14 +71,27 @@ StatePlayer::StatePlayer(const std::string& address, const perception::Simulated
     for (const perception::JointStateDelivery& state : states) {
       if (state.delivery_s < begin_s - 0.1) continue;
       pace.WaitFor(state.delivery_s);
-      if (stop.stop_requested() || !stream.Send(RowOf(state, stamp_offset_s))) return;
+      if (stop.stop_requested() ||
+          !stream.Send(RowOf(state.values, state.stamp_s + stamp_offset_s)))
+        return;
     }
   });
 }
 
 StatePlayer::~StatePlayer() = default;
 
-LiveWorld::LiveWorld() = default;
+RestingStates::RestingStates(const std::string& address, const perception::SimulatedRobot& robot,
+                             std::vector<double> values)
+    : thread_([address, header = HeaderOf(robot),
+               values = std::move(values)](const std::stop_token& stop) {
+        const client::Connection connection({.address = address, .deadline = std::nullopt});
+        client::RobotStateStream stream(connection, header);
+        while (!stop.stop_requested() && stream.Send(RowOf(values, Now_s()))) {
+          std::this_thread::sleep_for(std::chrono::milliseconds(10));
+        }
+      }) {}
+
+LiveWorld::LiveWorld(const LiveWorldOptions& options) : server_({.cores = options.cores}) {}
 
 LiveSensor& LiveWorld::AddSensor(const std::string& name, const RecordedFrame& first,
                                  bool is_fixed) {
@@ -117,6 +145,16 @@ bool Play(LiveSensor& sensor, const std::vector<TrueFrame>& frames) {
     if (!sensor.Send(frame.frame)) return false;
   }
   return sensor.WaitForAnswers(before + frames.size(), kPatience);
+}
+
+std::optional<FrameAnswer> SendAndSettle(const LiveWorld& world, LiveSensor& sensor,
+                                         const RecordedFrame& frame) {
+  constexpr double kMaxCpu_s = 20;
+  auto answer = sensor.SendAndWait(frame);
+  if (answer && answer->response.interpreting() && !world.server().WaitUntilIdle(kMaxCpu_s)) {
+    return std::nullopt;
+  }
+  return answer;
 }
 
 std::string Settle(const LiveWorld& world, LiveSensor& sensor, std::vector<TrueFrame>& still) {

@@ -23,6 +23,9 @@ inline constexpr char kLiveWorld[] = "live";
 // Adds a time to the stamps of all frames, and returns it: the first frame is of this moment.
 double MoveToPresent(std::vector<TrueFrame>& frames);
 void MoveStamps(double by_s, std::vector<TrueFrame>& frames);
+// Adds one time to the stamps of the frames of all sensors of a script, so that none is of the
+// future however fast they are sent.
+void MoveToPast(std::vector<std::vector<TrueFrame>>& frames);
 
 // Sends a robot's states at the pace of their deliveries, from a thread of its own.
 class StatePlayer {
@@ -39,9 +42,23 @@ class StatePlayer {
   std::jthread thread_;
 };
 
+// Says a hundred times a second that the robot stands still, from a thread of its own.
+class RestingStates {
+ public:
+  RestingStates(const std::string& address, const perception::SimulatedRobot& robot,
+                std::vector<double> values);
+
+ private:
+  std::jthread thread_;
+};
+
+struct LiveWorldOptions {
+  int cores = 0;  // that the server may use; 0: all
+};
+
 class LiveWorld {
  public:
-  LiveWorld();
+  explicit LiveWorld(const LiveWorldOptions& options = {});
 
   bool up() const { return server_.up(); }
   const MeasuredServer& server() const { return server_; }
@@ -68,6 +85,12 @@ class LiveWorld {
 // Sends the frames at the pace of their stamps; false if the stream ends. Waits for the answers of
 // all, but never before it sends the next.
 bool Play(LiveSensor& sensor, const std::vector<TrueFrame>& frames);
+
+// Sends the frame, waits for its answer, and, if that says so, until what is being interpreted
+// beside the frames is done: the world then does not depend on the machine's speed. Empty if the
+// stream ends or the server is busy for a minute.
+std::optional<FrameAnswer> SendAndSettle(const LiveWorld& world, LiveSensor& sensor,
+                                         const RecordedFrame& frame);
 
 // Plays still frames again and again until the world holds something, and for a whole round has
 // made no revision and nothing of the view was being interpreted. An error in words if that takes

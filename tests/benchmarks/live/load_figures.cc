@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 #include <deque>
+#include <map>
 #include <string>
 #include <thread>
 #include <utility>
@@ -124,6 +125,31 @@ std::vector<double> Put(const std::string& address, const std::atomic<bool>& sto
   return times_ms;
 }
 
+// What became of a sensor's frames from `first` on, in words.
+std::string FatesOf(const std::vector<FrameAnswer>& answers, std::size_t first) {
+  int processed = 0, dropped = 0, refused = 0, moved = 0, others = 0, movers = 0;
+  std::map<std::string, int> reasons;
+  for (std::size_t i = first; i < answers.size(); ++i) {
+    const v1::StreamCloudsResponse& response = answers[i].response;
+    processed += answers[i].is_processed();
+    dropped += response.fate() == v1::FRAME_FATE_DROPPED;
+    refused += response.fate() == v1::FRAME_FATE_REFUSED;
+    moved += response.changes().moved_size() > 0;
+    if (!response.reason().empty()) ++reasons[response.reason()];
+    movers += response.changes().movers_size() > 0;
+    others += response.changes().added_size() + response.changes().removed_size() +
+              response.changes().replaced_size();
+  }
+  char text[200];
+  std::snprintf(text, sizeof(text),
+                "%d frames processed, %d dropped, %d refused; %d moved something, %d have movers; "
+                "%d objects added, removed or replaced",
+                processed, dropped, refused, moved, movers, others);
+  std::string words = text;
+  for (const auto& [reason, count] : reasons) words += "; " + std::to_string(count) + " " + reason;
+  return words;
+}
+
 using FramesBySensor = std::vector<std::vector<TrueFrame>>;
 
 bool PlayAll(const std::vector<LiveSensor*>& sensors, FramesBySensor& frames) {
@@ -145,8 +171,10 @@ void MeasureLiveLoad(Report& report) {
   const auto robot = ReadBenchRobot();
   if (!robot.ok()) return report.Fail("no robot: " + robot.status().ToString());
   // Two runs over the same motion: beside queries, and beside writes.
-  const perception::SequenceRenderer renderer(
-      PushedThing(kSettle_s, kSettle_s + 2 * kMeasured_s, kSensors));
+  perception::SequenceScript script =
+      PushedThing(kSettle_s, {.duration_s = kSettle_s + 2 * kMeasured_s, .sensor_count = kSensors});
+  script.robots.push_back(SimulateRobot(*robot, {.times_s = {0}, .rows = {robot->ready}}));
+  const perception::SequenceRenderer renderer(script);
   FramesBySensor settle(kSensors), queried(kSensors), written(kSensors);
   for (std::size_t i = 0; i < kSensors; ++i) {
     settle[i] = RenderFrames(renderer, i, 0, static_cast<int>(kSettle_s * 30));
@@ -157,9 +185,9 @@ void MeasureLiveLoad(Report& report) {
   }
   LiveWorld world;
   if (!world.up()) return report.Fail("the server does not come up");
-  // The robot stands where no sensor sees it move: its base is on the table's far side.
   const auto loaded = world.AddRobot(*robot, robot->ready);
   if (!loaded.ok()) return report.Fail("the robot cannot be loaded: " + loaded.ToString());
+  const RestingStates states(world.address(), script.robots.front(), robot->ready);
   std::vector<double> alone_ms;
   {
     QueryLoad load(world.address(), *robot);
@@ -177,7 +205,6 @@ void MeasureLiveLoad(Report& report) {
   std::vector<std::size_t> first;
   for (const LiveSensor* sensor : sensors) first.push_back(sensor->sent_count());
   std::vector<double> beside_ms, change_ms;
-  int dropped = 0, processed = 0;
   {
     const RevisionProbe probe(world.address(), kLiveWorld);
     QueryLoad load(world.address(), *robot);
@@ -188,12 +215,17 @@ void MeasureLiveLoad(Report& report) {
       const auto answers = sensors[i]->answers();
       const auto times_ms = ChangeTimes_ms(answers, first[i], probe);
       change_ms.insert(change_ms.end(), times_ms.begin(), times_ms.end());
-      for (std::size_t k = first[i]; k < answers.size(); ++k) {
-        dropped += answers[k].response.fate() == v1::FRAME_FATE_DROPPED;
-        processed += answers[k].is_processed();
-      }
+      report.Detail("  " + renderer.script().sensors[i].name +
+                    " beside queries: " + FatesOf(answers, first[i]));
     }
   }
+  char text[240];
+  std::snprintf(
+      text, sizeof(text),
+      "  batches of 10 000 states: %.2f M states/s beside three sensors, alone %.2f M states/s",
+      1e-6 * kBatch * static_cast<double>(beside_ms.size()) / kMeasured_s,
+      1e-6 * kBatch * static_cast<double>(alone_ms.size()) / 6);
+  report.Detail(text);
   if (change_ms.empty()) return report.Fail("no frame moved the pushed thing");
   std::atomic<bool> stops = false;
   std::vector<double> put_ms;
@@ -202,14 +234,6 @@ void MeasureLiveLoad(Report& report) {
   stops = true;
   writer.join();
   if (!is_played) return report.Fail("a stream ended beside writes");
-  char text[240];
-  std::snprintf(
-      text, sizeof(text),
-      "  three sensors beside queries: %d frames processed, %d dropped; batches of 10 000 "
-      "states: %.2f M states/s, alone %.2f M states/s",
-      processed, dropped, 1e-6 * kBatch * static_cast<double>(beside_ms.size()) / kMeasured_s,
-      1e-6 * kBatch * static_cast<double>(alone_ms.size()) / 6);
-  report.Detail(text);
   report.Add(
       BesideYardstick({.key = "live_three_sensors_p95_ms",
                        .value = Quantile(change_ms, 0.95),

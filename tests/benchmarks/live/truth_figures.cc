@@ -1,7 +1,7 @@
 // The world against the truth while things move, vanish and come back by themselves.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
-#include <map>
 #include <string>
 #include <utility>
 
@@ -16,46 +16,54 @@ namespace {
 
 using perception::SequenceScript;
 
-constexpr double kFirstEvent_s = 4;  // the world is settled
+constexpr double kFirstEvent_s = 3;
+constexpr int kStillFrames = 60;  // until the world is settled
 constexpr double kEventStep_s = 0.5;
+constexpr double kAbsence_s = 3;  // from the last thing that vanishes to the first that comes back
 constexpr double kFrame_s = 1.0 / 30;
 constexpr int kThings = 20;
-constexpr int kTaken = 10;  // every other thing
+constexpr int kPairs = kThings / 2;
+constexpr int kMaxScenes = 100;
 // In place of the time of an event that was never noticed.
 constexpr double kNever_ms = 1e4;
 constexpr double kMoves_m[] = {0.02, 0.005, 0.002};
 
 // Every thing jumps by 20, then by 5, then by 2 mm; then every other one vanishes, and comes back
-// beside its place in the same order.
+// beside its place in the same order. At each time there are events of two things that stand two
+// rows apart.
 SequenceScript EventfulTable(std::uint64_t seed) {
   SequenceScript script = TableScript({.thing_count = kThings, .seed = seed});
   double time_s = kFirstEvent_s;
   std::vector<Pose> X_WO;
-  for (int i = 0; i < kThings; ++i) {
-    X_WO.push_back(script.scene.objects[kFirstThing + static_cast<std::size_t>(i)].X_WO);
+  for (std::size_t i = 0; i < kThings; ++i) {
+    X_WO.push_back(script.scene.objects[kFirstThing + i].X_WO);
   }
-  const auto add = [&](int i, auto what) {
-    script.events.push_back({.object = kFirstThing + static_cast<std::size_t>(i),
+  const auto add = [&](std::size_t i, auto what) {
+    script.events.push_back({.object = kFirstThing + i,
                              .begin_s = time_s,
                              .end_s = time_s + kFrame_s,
                              .what = std::move(what)});
-    time_s += kEventStep_s;
+  };
+  const auto pairs = [&](int step, auto add_event) {
+    for (int i = 0; i < kPairs; i += step) {
+      for (const int k : {i, i + kPairs}) add_event(static_cast<std::size_t>(k));
+      time_s += kEventStep_s;
+    }
   };
   for (const double distance_m : kMoves_m) {
-    for (int i = 0; i < kThings; ++i) {
-      Pose& pose = X_WO[static_cast<std::size_t>(i)];
-      const double angle_rad = 2.4 * i;  // in all directions
-      pose =
+    pairs(1, [&](std::size_t i) {
+      const double angle_rad = 2.4 * static_cast<double>(i);  // in all directions
+      X_WO[i] =
           MakeTranslation(distance_m * std::cos(angle_rad), distance_m * std::sin(angle_rad), 0) *
-          pose;
-      add(i, perception::MoveEvent{.X_WO = pose});
-    }
+          X_WO[i];
+      add(i, perception::MoveEvent{.X_WO = X_WO[i]});
+    });
   }
-  for (int i = 0; i < kTaken; ++i) add(2 * i, perception::VanishEvent{});
-  for (int i = 0; i < kTaken; ++i) {
-    add(2 * i, perception::AppearEvent{.X_WO = MakeTranslation(0.01, 0.01, 0) *
-                                               X_WO[static_cast<std::size_t>(2 * i)]});
-  }
+  pairs(2, [&](std::size_t i) { add(i, perception::VanishEvent{}); });
+  time_s += kAbsence_s;
+  pairs(2, [&](std::size_t i) {
+    add(i, perception::AppearEvent{.X_WO = MakeTranslation(0.01, 0.01, 0) * X_WO[i]});
+  });
   std::ranges::stable_sort(script.events, {}, &perception::ObjectEvent::begin_s);
   script.duration_s = time_s + 2;
   return script;
@@ -74,53 +82,42 @@ std::string NameOf(const Notice& notice) {
   return "moved_" + std::to_string(static_cast<int>(std::lround(1e3 * notice.distance_m)));
 }
 
-struct Sums {
-  std::map<std::string, std::vector<double>> notice_ms;
-  std::vector<double> rest_errors_mm;
-  int jitter = 0;
-  ChangeVerdict changes;
-  IdentityVerdict identity;
-  std::size_t frames = 0;
-};
-
-void Add(const Recording& recording, std::uint64_t seed, Sums& sums, Report& report) {
+void AddSamples(const Recording& recording, std::uint64_t seed, SceneSamples& samples,
+                Report& report) {
   constexpr std::size_t from = 1;
   const Timeline& timeline = recording.timeline;
-  if (timeline.empty()) return;
+  const std::string name = "  seed " + std::to_string(seed) + ": ";
   const std::vector<int> matches = MatchThings(timeline.front());
-  report.Detail(
-      "  seed " + std::to_string(seed) + ": " +
-      std::to_string(matches.size() - static_cast<std::size_t>(std::ranges::count(matches, -1))) +
-      " of " + std::to_string(matches.size()) +
-      " things are published when the world has settled, with " +
-      std::to_string(timeline.front().published.size()) + " objects");
+  char text[160];
+  std::snprintf(text, sizeof(text),
+                "%td of %zu things are published when the world has settled, with %zu objects; %zu "
+                "of %zu frames processed",
+                std::ssize(matches) - std::ranges::count(matches, -1), matches.size(),
+                timeline.front().published.size(), timeline.size(), recording.answers.size());
+  report.Detail(name + text);
   for (const Notice& notice : JudgeNotices(timeline, from)) {
-    sums.notice_ms[NameOf(notice)].push_back(notice.time_s ? 1e3 * *notice.time_s : kNever_ms);
+    samples.Add(NameOf(notice), notice.time_s ? 1e3 * *notice.time_s : kNever_ms);
   }
   const RestVerdict rests = JudgeRests(timeline);
-  for (const double error_m : rests.errors_m) sums.rest_errors_mm.push_back(1e3 * error_m);
-  sums.jitter += rests.jitter;
+  for (const double error_m : rests.errors_m) samples.Add("rest_error_mm", 1e3 * error_m);
+  samples.Add("jitter", rests.jitter);
   const ChangeVerdict changes = JudgeChanges(timeline, from);
-  for (const std::string& line : changes.lines)
-    report.Detail("  unfounded, seed " + std::to_string(seed) + ": " + line);
-  const auto add = [](const ChangeCounts& more, ChangeCounts& sum) {
-    sum.added += more.added;
-    sum.removed += more.removed;
-    sum.moved += more.moved;
-    sum.replaced += more.replaced;
-  };
-  add(changes.all, sums.changes.all);
-  add(changes.unfounded, sums.changes.unfounded);
+  for (const std::string& line : changes.lines) report.Detail(name + "unfounded, " + line);
+  samples.Add("unfounded_added", changes.unfounded.added);
+  samples.Add("unfounded_removed", changes.unfounded.removed);
+  samples.Add("unfounded_moved", changes.unfounded.moved);
+  samples.Add("unfounded_replaced", changes.unfounded.replaced);
+  samples.Add("changes", changes.all.sum());
   const IdentityVerdict identity = JudgeIdentity(timeline, from);
-  sums.identity.object_frames += identity.object_frames;
-  sums.identity.switches += identity.switches;
-  sums.identity.returns += identity.returns;
-  sums.identity.names_kept += identity.names_kept;
-  sums.frames += timeline.size() - std::min(from, timeline.size());
+  samples.Add("object_frames", static_cast<double>(identity.object_frames));
+  samples.Add("switches", identity.switches);
+  samples.Add("returns", identity.returns);
+  samples.Add("names_kept", identity.names_kept);
+  samples.Add("frames", static_cast<double>(timeline.size() - from));
+  samples.Add("dropped", static_cast<double>(recording.answers.size() - timeline.size()));
 }
 
-bool PlaySeed(std::uint64_t seed, Sums& sums, Report& report) {
-  constexpr int kSecond = 30;
+bool PlaySeed(std::uint64_t seed, SceneSamples& samples, Report& report) {
   const perception::SequenceRenderer renderer(EventfulTable(seed));
   const SequenceScript& script = renderer.script();
   auto frames = RenderFrames(renderer, 0, 0, static_cast<int>(script.duration_s * 30));
@@ -129,8 +126,8 @@ bool PlaySeed(std::uint64_t seed, Sums& sums, Report& report) {
     report.Fail("the server does not come up");
     return false;
   }
-  std::vector<TrueFrame> still(frames.begin(), frames.begin() + 2 * kSecond);
-  frames.erase(frames.begin(), frames.begin() + 2 * kSecond);
+  std::vector<TrueFrame> still(frames.begin(), frames.begin() + kStillFrames);
+  frames.erase(frames.begin(), frames.begin() + kStillFrames);
   LiveSensor& sensor = world.AddSensor("camera_1", frames.front().frame);
   if (const std::string error = Settle(world, sensor, still); !error.empty()) {
     report.Fail(error);
@@ -138,34 +135,34 @@ bool PlaySeed(std::uint64_t seed, Sums& sums, Report& report) {
   }
   MoveToPresent(frames);
   const auto recording = Record(world, sensor, script, kFirstThing, frames);
-  if (!recording) {
+  if (!recording || recording->timeline.empty()) {
     report.Fail("the stream ended: " + sensor.Finish());
     return false;
   }
-  Add(*recording, seed, sums, report);
+  AddSamples(*recording, seed, samples, report);
   return true;
 }
 
-void AddNotices(const Sums& sums, Report& report) {
+void AddNotices(const SceneSamples& samples, Report& report) {
   const struct {
     const char* name;
     double limit_ms;
   } kRows[] = {
       {"added", 100}, {"removed", 100}, {"moved_20", 66}, {"moved_5", 100}, {"moved_2", 300}};
   for (const auto& row : kRows) {
-    const auto times = sums.notice_ms.find(row.name);
-    if (times == sums.notice_ms.end()) {
+    const std::vector<double> times_ms = samples.Of(row.name);
+    if (times_ms.empty()) {
       report.Fail(std::string("nothing visible was ") + row.name);
       continue;
     }
-    const auto never = std::ranges::count(times->second, kNever_ms);
+    const auto never = std::ranges::count(times_ms, kNever_ms);
     char how[200];
     std::snprintf(how, sizeof(how),
                   "p95 from the stamp of the first frame that shows it to the stamp of the frame "
                   "whose revision does; %zu events, %ld never noticed (10 000 ms), median %.0f ms",
-                  times->second.size(), static_cast<long>(never), Median(times->second));
+                  times_ms.size(), static_cast<long>(never), Median(times_ms));
     report.Add(WithLimit({.key = std::string("live_notice_ms_") + row.name,
-                          .value = Quantile(times->second, 0.95),
+                          .value = Quantile(times_ms, 0.95),
                           .unit = "ms",
                           .how = how},
                          row.limit_ms));
@@ -174,65 +171,76 @@ void AddNotices(const Sums& sums, Report& report) {
 
 }  // namespace
 
-void MeasureLiveTruth(Report& report) {
-  Sums sums;
-  for (const std::uint64_t seed : {1, 2}) {
-    if (!PlaySeed(seed, sums, report)) return;
-  }
-  AddNotices(sums, report);
-  if (sums.rest_errors_mm.empty()) {
+void MeasureLiveTruth(const SceneOptions& options, Report& report) {
+  const auto samples =
+      MeasureScenes(options, "truth", kMaxScenes, report, [&](int scene, SceneSamples& scenes) {
+        return PlaySeed(1 + static_cast<std::uint64_t>(scene), scenes, report);
+      });
+  if (!samples) return;
+  AddNotices(*samples, report);
+  const std::vector<double> rest_errors_mm = samples->Of("rest_error_mm");
+  if (rest_errors_mm.empty()) {
     report.Fail("no thing was matched at rest before and after it moved");
   } else {
     const std::string how =
         " of the published less the true displacement between two rests, 1 s "
         "after it stopped; " +
-        std::to_string(sums.rest_errors_mm.size()) + " rests";
+        std::to_string(rest_errors_mm.size()) + " rests";
     report.Add(WithLimit({.key = "live_rest_error_mm",
-                          .value = Median(sums.rest_errors_mm),
+                          .value = Median(rest_errors_mm),
                           .unit = "mm",
                           .how = "median" + how},
                          1));
     report.Add(WithLimit({.key = "live_rest_error_p95_mm",
-                          .value = Quantile(sums.rest_errors_mm, 0.95),
+                          .value = Quantile(rest_errors_mm, 0.95),
                           .unit = "mm",
                           .how = "p95" + how},
                          2));
   }
   report.Add(WithLimit({.key = "live_rest_jitter",
-                        .value = static_cast<double>(sums.jitter),
+                        .value = samples->Sum("jitter"),
                         .unit = "1",
                         .how = "changes of published poses from 1 s after a thing stopped"},
                        0));
-  const ChangeCounts& unfounded = sums.changes.unfounded;
+  const double frames = samples->Sum("frames");
+  double unfounded = 0;
+  std::string kinds;
+  for (const char* kind : {"added", "removed", "moved", "replaced"}) {
+    const double count = samples->Sum(std::string("unfounded_") + kind);
+    unfounded += count;
+    kinds += std::string(", ") + kind + " " + std::to_string(static_cast<int>(count));
+  }
   char how[300];
   std::snprintf(how, sizeof(how),
-                "changes within 1.5 s of no event of their thing, per 1 000 of %zu frames: added "
-                "%d, removed %d, moved %d, replaced %d of %d changes",
-                sums.frames, unfounded.added, unfounded.removed, unfounded.moved,
-                unfounded.replaced, sums.changes.all.sum());
+                "changes within 1.5 s of no event of their thing, per 1 000 of %.0f frames (%.0f "
+                "dropped)%s; of %.0f changes",
+                frames, samples->Sum("dropped"), kinds.c_str(), samples->Sum("changes"));
   report.Add(WithLimit({.key = "live_false_changes",
-                        .value = 1e3 * unfounded.sum() / static_cast<double>(sums.frames),
+                        .value = 1e3 * unfounded / frames,
                         .unit = "1/1000",
                         .how = how},
                        0.1));
-  const IdentityVerdict& identity = sums.identity;
-  if (identity.object_frames == 0 || identity.returns == 0) {
+  const double object_frames = samples->Sum("object_frames"), returns = samples->Sum("returns");
+  if (object_frames == 0 || returns == 0) {
     return report.Fail("no thing was matched, or none after it came back");
   }
-  report.Add(WithLimit(
-      {.key = "live_id_switches",
-       .value = 1e3 * identity.switches / static_cast<double>(identity.object_frames),
-       .unit = "1/1000",
-       .how =
-           "changes of the name of a matched thing that did not leave, per 1 000 object-frames; " +
-           std::to_string(identity.switches) + " in " + std::to_string(identity.object_frames)},
-      0.05));
+  std::snprintf(how, sizeof(how),
+                "changes of the name of a matched thing that did not leave, per 1 000 "
+                "object-frames; %.0f in %.0f",
+                samples->Sum("switches"), object_frames);
+  report.Add(WithLimit({.key = "live_id_switches",
+                        .value = 1e3 * samples->Sum("switches") / object_frames,
+                        .unit = "1/1000",
+                        .how = how},
+                       0.05));
+  std::snprintf(how, sizeof(how),
+                "of the things that came back about 6 s later, 14 mm beside their place, those "
+                "with the name that they had; %.0f returns",
+                returns);
   report.Add(WithLimit({.key = "live_names_kept",
-                        .value = 1e2 * identity.names_kept / identity.returns,
+                        .value = 1e2 * samples->Sum("names_kept") / returns,
                         .unit = "%",
-                        .how = "of the things that came back 5 s later, 14 mm beside their place, "
-                               "those with the name that they had; " +
-                               std::to_string(identity.returns) + " returns"},
+                        .how = how},
                        95, "at least"));
 }
 

@@ -31,6 +31,9 @@ std::vector<std::string> Command(const MeasuredServerOptions& options, const std
     const std::string count = std::to_string(options.max_descriptors);
     words.insert(words.end(), {"prlimit", "--nofile=" + count + ":" + count});
   }
+  if (options.cores > 0) {
+    words.insert(words.end(), {"taskset", "--cpu-list", "0-" + std::to_string(options.cores - 1)});
+  }
   words.insert(words.end(), {options.program, "--listen", "unix:" + socket, "--viewer", "off"});
   if (tcp_port != 0) {
     words.insert(words.end(), {"--listen", "127.0.0.1:" + std::to_string(tcp_port)});

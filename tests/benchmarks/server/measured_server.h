@@ -33,6 +33,7 @@ void UseServerProgram(std::string path);
 struct MeasuredServerOptions {
   std::string program = ServerProgram();
   int max_descriptors = 0;  // soft and hard limit; 0: those of this process
+  int cores = 0;            // that its threads may use; 0: those of this process
   bool listens_on_tcp = false;
   std::vector<std::string> arguments = {};  // further ones of the server
 };
