@@ -128,11 +128,13 @@ std::optional<Pose> FitPose(const FrameEvidence& frame,
                             const Pose& X_WB_old, const Pose& X_WB_guess, FitFor purpose) {
   if (points_L.size() < kTwoSamples) return std::nullopt;
   const double gate_m = FitGate_m(frame, X_WB_guess);
+  const Pose X_LB_guess = InLevelFrame(frame, X_WB_guess);
+  // The prediction of a motion is right within the noise; a motion that begins is anywhere near.
+  const double first_gate_m = purpose == FitFor::kGoOn ? 2 * gate_m : kAlignmentReach_m;
   const Pose X_LB_shifted =
-      AlignTranslation(points_L, body.surface(), InLevelFrame(frame, X_WB_guess), gate_m);
-  Pose X_LB = Align(points_L, body.surface(), X_LB_shifted, gate_m);
+      AlignTranslation(points_L, body.surface(), X_LB_guess, gate_m, first_gate_m);
+  Pose X_LB = Align(points_L, body.surface(), X_LB_shifted, gate_m, first_gate_m);
   if (purpose == FitFor::kGoOn) {
-    const Pose X_LB_guess = InLevelFrame(frame, X_WB_guess);
     const double sigma_m = frame.noise.AxialSigma_m(X_LB.translation().norm());
     X_LB = WithPrediction(points_L, body.surface(), X_LB, X_LB_guess, gate_m,
                           std::sqrt(kPointsPerSample) * sigma_m, kPredicted_m);

@@ -153,7 +153,9 @@ void ReferenceImage::LearnRow(int v, const Frame& frame, bool is_first, bool all
     LearnPixel(u, v, frame, is_first, all_pixels, hot[u / kBlock_px] != 0);
   };
   if (!all_pixels) {
-    for (int u = 0; u < width_; ++u) learn(u);
+    ByRuns(
+        width_, [&](int u) { return AllAre(frames + u, kMatureFrames); }, [](int, std::size_t) {},
+        learn);
     return;
   }
   const auto rests = [&](int u) {
@@ -294,8 +296,14 @@ void ReferenceImage::RefreshRow(int v, std::span<const float> expected_m, bool i
     if (renews_edges || is_new) is_edge_[row + u] = static_cast<std::uint8_t>(IsEdge(u, v));
     RefreshGate(u, v, expected_m[row + u]);
   };
-  if (!is_turn || renews_edges) {
+  if (renews_edges) {
     for (int u = 0; u < width_; ++u) refresh(u);
+    return;
+  }
+  if (!is_turn) {
+    ByRuns(
+        width_, [&](int u) { return AllAre(all_frames + u, kMatureFrames); },
+        [](int, std::size_t) {}, refresh);
     return;
   }
   const auto is_smooth = [&](int u) {

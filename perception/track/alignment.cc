@@ -97,11 +97,11 @@ namespace {
 enum class Freedom { kTranslation, kAll };
 
 Pose AlignWith(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
-               const Pose& X_LO_guess, double gate_m, Freedom freedom) {
+               const Pose& X_LO_guess, double gate_m, double first_gate_m, Freedom freedom) {
   if (points_L.empty()) return X_LO_guess;
   const Lever lever = LeverOf(points_L);
   Pose X_LO = X_LO_guess;
-  double current_gate_m = std::max(gate_m, kAlignmentReach_m);
+  double current_gate_m = std::max(gate_m, first_gate_m);
   for (int i = 0; i < kAlignmentSteps; ++i) {
     const Normals sums = Linearise(points_L, surface, X_LO, lever, current_gate_m);
     if (!(sums.weight > 0)) return X_LO;
@@ -122,13 +122,13 @@ Pose AlignWith(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface&
 }  // namespace
 
 Pose Align(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
-           const Pose& X_LO_guess, double gate_m) {
-  return AlignWith(points_L, surface, X_LO_guess, gate_m, Freedom::kAll);
+           const Pose& X_LO_guess, double gate_m, double first_gate_m) {
+  return AlignWith(points_L, surface, X_LO_guess, gate_m, first_gate_m, Freedom::kAll);
 }
 
 Pose AlignTranslation(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
-                      const Pose& X_LO_guess, double gate_m) {
-  return AlignWith(points_L, surface, X_LO_guess, gate_m, Freedom::kTranslation);
+                      const Pose& X_LO_guess, double gate_m, double first_gate_m) {
+  return AlignWith(points_L, surface, X_LO_guess, gate_m, first_gate_m, Freedom::kTranslation);
 }
 
 Pose WithPrediction(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,

@@ -18,15 +18,17 @@ double MeanDistance_m(const std::vector<Eigen::Vector3f>& points_L, const ModelS
                       const Pose& X_LO);
 
 // Gauss-Newton on the signed distances of the points (point to plane) with robust weights; the gate
-// shrinks from the reach to `gate_m`. It is damped: directions that the points do not determine
-// (the rotation of a can about its axis) stay as in `X_LO_guess`.
+// shrinks from `first_gate_m`, within which the guess is right, to `gate_m`. It is damped:
+// directions that the points do not determine (the rotation of a can about its axis) stay as in
+// `X_LO_guess`.
 Pose Align(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
-           const Pose& X_LO_guess, double gate_m);
+           const Pose& X_LO_guess, double gate_m, double first_gate_m = kAlignmentReach_m);
 
 // The same for translations alone: the orientation stays. Before Align it keeps a motion from being
 // taken for a turn that the points do not determine (a ball that rolls or slides).
 Pose AlignTranslation(const std::vector<Eigen::Vector3f>& points_L, const ModelSurface& surface,
-                      const Pose& X_LO_guess, double gate_m);
+                      const Pose& X_LO_guess, double gate_m,
+                      double first_gate_m = kAlignmentReach_m);
 
 // The pose between an aligned and a predicted one that is most likely, given their errors: each
 // point says `1 / point_sigma_m^2` about the aligned pose, and the prediction is good to
