@@ -12,6 +12,7 @@
 #include "perception/live/depth_image.h"
 #include "perception/live/frame_classes.h"
 #include "perception/live/known_body.h"
+#include "perception/live/robot_links.h"
 
 namespace cwm::perception {
 
@@ -76,6 +77,8 @@ struct FrameEvidence {
   std::shared_ptr<const FrameClasses> classes = {};
   std::vector<BodyEvidence> bodies = {};  // expected in the view, by ascending id
   std::vector<HotRegion> regions = {};    // the largest first
+  // At the stamp; only those whose state is known then and that no ray contradicts.
+  std::vector<RobotLinks> robots = {};
   // False until the sensor has learnt its reference: differences are not judged before.
   bool has_reference = false;
 };

@@ -342,4 +342,19 @@ void SensorView::Accept(std::span<const std::int32_t> blocks) {
   }
 }
 
+void SensorView::ForgetHidden(const FrameEvidence& frame) {
+  State& state = *state_;
+  if (frame.classes->pixels.size() != state.body.size()) return;  // of another camera
+  state.last_changed = kNoBody;
+  for (std::size_t i = 0; i < state.body.size(); ++i) {
+    const PixelClass pixel = frame.classes->pixels[i];
+    const bool is_hidden = pixel == PixelClass::kRobot || pixel == PixelClass::kCarried ||
+                           pixel == PixelClass::kMixed || pixel == PixelClass::kHidden;
+    if (!is_hidden) continue;
+    state.reference.ForgetPixel(i);
+    state.MarkChanged(state.body[i]);
+  }
+  state.reference.RefreshGates(state.whole(), state.expected_m);
+}
+
 }  // namespace cwm::perception

@@ -50,6 +50,10 @@ class SensorView {
   // world holds what could be told of it. Not in pixels of robots, nor while the sensor moves.
   void Accept(std::span<const std::int32_t> blocks);
 
+  // The pixels in which robots hid what an earlier frame might have shown were not interpreted with
+  // it: the reference knows nothing there, so that what has come to light since is told.
+  void ForgetHidden(const FrameEvidence& frame);
+
  private:
   struct State;
   std::unique_ptr<State> state_;

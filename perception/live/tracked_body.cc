@@ -291,6 +291,39 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
   return outcome;
 }
 
+std::optional<Pose> TrackedBody::FitCarried(const FrameEvidence& frame,
+                                            const BodyEvidence& evidence, const KnownBody& body,
+                                            std::span<const PlacedSurface> supports) const {
+  const double within_m = FitGate_m(frame, body.X_WB);
+  return FitPose(frame, OwnPoints(evidence, supports, within_m), *surface_, body.X_WB, body.X_WB,
+                 FitFor::kGoOn);
+}
+
+void TrackedBody::Carry(const FrameEvidence& frame, const BodyEvidence* evidence,
+                        const std::string& carried_by, bool has_moved) {
+  if (!std::exchange(is_carried_, true)) {
+    poses_.clear();
+    lost_since_.reset();
+    for (auto& [name, sensor] : sensors_) sensor = {.visibility = sensor.visibility};
+  }
+  sensors_[frame.sensor].visibility =
+      evidence == nullptr ? Visibility::kStale : VisibilityOf(*evidence);
+  JoinVisibility();
+  if (has_moved) last_carried_ = frame.stamp;
+  facts_.motion = frame.stamp - last_carried_ < kSettling ? Motion::kMoving : Motion::kAtRest;
+  facts_.carried_by = carried_by;
+}
+
+void TrackedBody::LetGo(Stamp stamp, const Pose& X_WB, bool is_lost) {
+  is_carried_ = false;
+  facts_.carried_by.clear();
+  const bool is_seen = facts_.visibility == Visibility::kVisible;
+  facts_.motion = is_lost ? Motion::kMoving : is_seen ? Motion::kSettling : Motion::kAtRest;
+  poses_.assign({{stamp, X_WB}});
+  settles_since_ = stamp;
+  last_fit_ = stamp;
+}
+
 bool TrackedBody::IsLostForLong(Stamp stamp) {
   if (facts_.visibility != Visibility::kLost) {
     lost_since_.reset();
@@ -325,7 +358,7 @@ void TrackedBody::JoinVisibility() {
     }
   }
   const bool is_seen = facts_.visibility == Visibility::kVisible;
-  if (!is_seen && !rests()) facts_.visibility = Visibility::kLost;
+  if (!is_seen && !rests() && !is_carried_) facts_.visibility = Visibility::kLost;
 }
 
 }  // namespace cwm::perception

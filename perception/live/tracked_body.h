@@ -26,6 +26,17 @@ class TrackedBody {
   // are not of the body. `is_touched`: something else may be at the body, such as a finger.
   Outcome Update(const FrameEvidence& frame, const BodyEvidence& evidence, const KnownBody& body,
                  std::span<const PlacedSurface> supports, bool is_touched);
+  // The pose of a body that a link of a robot carries, by its own points; the body's X_WB is where
+  // the link has it. Empty if too little of it is seen.
+  std::optional<Pose> FitCarried(const FrameEvidence& frame, const BodyEvidence& evidence,
+                                 const KnownBody& body,
+                                 std::span<const PlacedSurface> supports) const;
+  // A link carries the body in this frame; `has_moved`: its pose has changed. Null: the view does
+  // not contain it.
+  void Carry(const FrameEvidence& frame, const BodyEvidence* evidence,
+             const std::string& carried_by, bool has_moved);
+  // The link has left the body at this pose, or, `is_lost`, it is not where the link has it.
+  void LetGo(Stamp stamp, const Pose& X_WB, bool is_lost);
   // The frame's view does not contain the body.
   Outcome OutOfView(const FrameEvidence& frame);
   void ForgetSensor(const std::string& sensor);
@@ -34,6 +45,7 @@ class TrackedBody {
   // Null before the first Update.
   const std::shared_ptr<const BodySurface>& surface() const { return surface_; }
   bool rests() const { return facts_.motion == Motion::kAtRest; }
+  bool is_carried() const { return is_carried_; }
 
  private:
   struct SensorEvidence {
@@ -71,6 +83,8 @@ class TrackedBody {
   Stamp settles_since_ = {};
   Stamp last_fit_ = {};  // of the newest frame that confirmed a pose of a motion
   std::optional<Stamp> lost_since_ = {};
+  bool is_carried_ = false;
+  Stamp last_carried_ = {};  // of the newest frame in which a link moved it
 };
 
 }  // namespace cwm::perception

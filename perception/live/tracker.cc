@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <deque>
 #include <set>
 #include <utility>
 
 #include "perception/cloud/tolerances.h"
+#include "perception/live/carrying.h"
 #include "perception/live/mover_pieces.h"
 #include "perception/live/tracked_body.h"
 #include "perception/live/tracked_regions.h"
@@ -23,18 +25,36 @@ constexpr std::size_t kShareSample = 400;
 // larger than needed, so that a mover that holds still makes no revision.
 constexpr double kStillCovered = 0.995;
 constexpr double kStillFilled = 0.7;
+// chosen: a carried body's shift that is worth a revision.
+constexpr double kLeastPublished_m = 0.0003;
+// chosen: frames of other sensors may have been compared with a world so many revisions ago.
+constexpr std::size_t kKeptPoses = 16;
 
 using PointLists = std::vector<std::vector<Eigen::Vector3f>>;
 
 }  // namespace
 
 struct TrackerState {
+  // A body that a link may carry, and the poses that were published of it lately, the newest last.
+  struct Carried {
+    Carrying carrying = {};
+    std::deque<Pose> published_W = {};
+  };
   struct Sensor {
     TrackedRegions regions = {};
     std::vector<MoverPiece> pieces = {};  // as published
   };
   std::map<BodyId, TrackedBody> bodies;
+  std::map<BodyId, Carried> carried;
   std::map<std::string, Sensor> sensors;
+
+  TrackedBody::Outcome Follow(const FrameEvidence& frame, const BodyEvidence& evidence,
+                              const KnownBody& body, std::span<const PlacedSurface> supports,
+                              bool is_touched);
+  bool IsCarried(BodyId id) const {
+    const auto found = carried.find(id);
+    return found != carried.end() && found->second.carrying.is_carried();
+  }
 };
 
 namespace {
@@ -44,11 +64,45 @@ const KnownBody* Find(std::span<const KnownBody> bodies, BodyId id) {
   return found == bodies.end() ? nullptr : &*found;
 }
 
-// Forgets bodies that the world no longer has.
-void ForgetMissing(std::map<BodyId, TrackedBody>& tracked, std::span<const KnownBody> bodies) {
+// Forgets bodies that the world no longer has, or that are a user's or attached now.
+void ForgetMissing(TrackerState& state, std::span<const KnownBody> bodies, StepResult& result) {
   std::set<BodyId> known;
-  for (const KnownBody& body : bodies) known.insert(body.id);
-  std::erase_if(tracked, [&](const auto& entry) { return !known.contains(entry.first); });
+  for (const KnownBody& body : bodies) {
+    if (body.IsFollowed()) {
+      known.insert(body.id);
+    } else if (state.bodies.contains(body.id)) {
+      result.facts_changed.push_back(body.id);
+    }
+  }
+  const auto is_gone = [&](const auto& entry) { return !known.contains(entry.first); };
+  std::erase_if(state.bodies, is_gone);
+  std::erase_if(state.carried, is_gone);
+}
+
+// The change that publishes the pose of a carried body, if it differs from what was published.
+std::optional<TrackChange> Published(BodyId id, TrackerState::Carried& carried, const Pose& X_WB) {
+  std::deque<Pose>& published_W = carried.published_W;
+  if (!published_W.empty()) {
+    const Pose& last = published_W.back();
+    const double turn =
+        Eigen::AngleAxisd(Matrix3(last.linear().transpose() * X_WB.linear())).angle();
+    const bool is_same = (last.translation() - X_WB.translation()).norm() < kLeastPublished_m &&
+                         turn < kLeastPublished_m / kAlignmentReach_m;
+    if (is_same) return std::nullopt;
+  }
+  published_W.push_back(X_WB);
+  if (published_W.size() > kKeptPoses) published_W.pop_front();
+  return TrackChange{.kind = TrackChange::Kind::kMove, .body = id, .X_WB = X_WB};
+}
+
+// The frame of a sensor that cannot judge carried bodies: they are where the links have them.
+void MoveCarried(const FrameEvidence& frame, std::span<const KnownBody> bodies, TrackerState& state,
+                 StepResult& result) {
+  for (auto& [id, carried] : state.carried) {
+    const auto X_WB = carried.carrying.PoseAt(frame.robots);
+    if (!X_WB || Find(bodies, id) == nullptr) continue;
+    if (auto change = Published(id, carried, *X_WB)) result.changes.push_back(*std::move(change));
+  }
 }
 
 PlacedSurface Placed(const FrameEvidence& frame, std::shared_ptr<const BodySurface> surface,
@@ -127,6 +181,42 @@ TrackChange MoversChange(std::vector<MoverPiece> pieces) {
 
 }  // namespace
 
+TrackedBody::Outcome TrackerState::Follow(const FrameEvidence& frame, const BodyEvidence& evidence,
+                                          const KnownBody& body,
+                                          std::span<const PlacedSurface> supports,
+                                          bool is_touched) {
+  using Verdict = Carrying::Verdict;
+  TrackedBody& tracked = bodies[body.id];
+  if (!IsCarried(body.id)) {
+    if (tracked.is_carried()) tracked.LetGo(frame.stamp, body.X_WB, false);
+    TrackedBody::Outcome outcome = tracked.Update(frame, evidence, body, supports, is_touched);
+    if (body.kind != KnownBody::Kind::kObject || frame.robots.empty()) return outcome;
+    Carried& watched = carried[body.id];
+    const Pose X_WB = outcome.X_WB.value_or(body.X_WB);
+    const Carrying::Outcome begins =
+        watched.carrying.Watch(frame, evidence, *tracked.surface(), X_WB, tracked.rests());
+    if (begins.verdict != Verdict::kBegins) return outcome;
+    watched.published_W.assign({body.X_WB});
+    Published(body.id, watched, begins.X_WB);
+    tracked.Carry(frame, &evidence, watched.carrying.carried_by(), true);
+    return {.X_WB = begins.X_WB, .is_gone = false};
+  }
+  Carried& held = carried.at(body.id);
+  if (!held.carrying.PoseAt(frame.robots)) {  // nobody knows where the link is
+    tracked.Carry(frame, &evidence, held.carrying.carried_by(), false);
+    return {};
+  }
+  const Carrying::Outcome judged =
+      held.carrying.Follow(frame, evidence, *tracked.surface(), body.X_WB,
+                           tracked.FitCarried(frame, evidence, body, supports));
+  const std::optional<TrackChange> change = Published(body.id, held, judged.X_WB);
+  tracked.Carry(frame, &evidence, held.carrying.carried_by(), change.has_value());
+  if (judged.verdict == Verdict::kEnds || judged.verdict == Verdict::kLost) {
+    tracked.LetGo(frame.stamp, judged.X_WB, judged.verdict == Verdict::kLost);
+  }
+  return {.X_WB = change ? std::optional(change->X_WB) : std::nullopt, .is_gone = false};
+}
+
 Tracker::Tracker() : state_(std::make_unique<TrackerState>()) {}
 Tracker::Tracker(const Tracker& other) : state_(std::make_unique<TrackerState>(*other.state_)) {}
 Tracker& Tracker::operator=(const Tracker& other) {
@@ -135,19 +225,36 @@ Tracker& Tracker::operator=(const Tracker& other) {
 }
 Tracker::~Tracker() = default;
 
+void Tracker::PlaceCarried(std::span<const RobotLinks> robots, std::span<KnownBody> bodies) {
+  for (KnownBody& body : bodies) {
+    if (!state_->IsCarried(body.id)) continue;
+    TrackerState::Carried& carried = state_->carried.at(body.id);
+    const bool is_as_published = std::ranges::any_of(
+        carried.published_W, [&](const Pose& X_WB) { return X_WB.isApprox(body.X_WB, 1e-9); });
+    const auto X_WB = carried.carrying.PoseAt(robots);
+    if (!is_as_published) {  // somebody else has moved it
+      carried.carrying.Reset();
+    } else if (X_WB) {
+      body.X_WB = *X_WB;
+    }
+  }
+}
+
 StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> bodies) {
   StepResult result;
   TrackerState::Sensor& sensor = state_->sensors[frame.sensor];
-  ForgetMissing(state_->bodies, bodies);
+  ForgetMissing(*state_, bodies, result);
   result.requests = sensor.regions.Request(frame, [this](BodyId id) {
     const auto found = state_->bodies.find(id);
-    return found != state_->bodies.end() && !found->second.rests();
+    const bool rests = found == state_->bodies.end() || found->second.rests();
+    return !rests || state_->IsCarried(id);
   });
   // Before the view was interpreted all in it is new, and a moving sensor cannot tell what moves
   // from the errors of its pose.
   if (!sensor.regions.knows_view() || !frame.has_reference) {
     if (!sensor.pieces.empty()) result.changes.push_back(MoversChange({}));
     sensor.pieces.clear();
+    MoveCarried(frame, bodies, *state_, result);
     return result;
   }
 
@@ -162,23 +269,33 @@ StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> 
     const TrackedFacts before = tracked.facts();
     const bool is_touched = IsTouched(frame, evidence, *body, tracked.surface());
     const TrackedBody::Outcome outcome =
-        tracked.Update(frame, evidence, *body, supports, is_touched);
+        state_->Follow(frame, evidence, *body, supports, is_touched);
     if (outcome.X_WB) {
       result.changes.push_back(
           {.kind = TrackChange::Kind::kMove, .body = body->id, .X_WB = *outcome.X_WB});
     }
-    if (outcome.X_WB || !tracked.rests()) {
+    if (outcome.X_WB || !tracked.rests() || state_->IsCarried(body->id)) {
       moved.push_back(Placed(frame, tracked.surface(), outcome.X_WB.value_or(body->X_WB)));
     }
     if (outcome.is_gone && body->kind != KnownBody::Kind::kSupport) {
       result.changes.push_back({.kind = TrackChange::Kind::kRemove, .body = body->id});
     }
     if (tracked.facts() != before) result.facts_changed.push_back(body->id);
+    const bool was_lost = before.visibility == Visibility::kLost;
+    if (was_lost && tracked.facts().visibility != Visibility::kLost && !outcome.is_gone) {
+      result.found_again.push_back(body->id);
+    }
   }
   for (auto& [id, tracked] : state_->bodies) {
     if (expected.contains(id)) continue;
     const TrackedFacts before = tracked.facts();
-    if (tracked.OutOfView(frame).is_gone) {
+    if (state_->IsCarried(id)) {
+      TrackerState::Carried& carried = state_->carried.at(id);
+      const auto X_WB = carried.carrying.PoseAt(frame.robots);
+      auto change = X_WB ? Published(id, carried, *X_WB) : std::nullopt;
+      tracked.Carry(frame, nullptr, carried.carrying.carried_by(), change.has_value());
+      if (change) result.changes.push_back(*std::move(change));
+    } else if (tracked.OutOfView(frame).is_gone) {
       result.changes.push_back({.kind = TrackChange::Kind::kRemove, .body = id});
     }
     if (tracked.facts() != before) result.facts_changed.push_back(id);

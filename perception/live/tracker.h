@@ -63,6 +63,8 @@ struct StepResult {
   std::vector<RegionRequest> requests = {};
   // Bodies whose facts changed.
   std::vector<BodyId> facts_changed = {};
+  // Bodies that were lost and are seen again.
+  std::vector<BodyId> found_again = {};
 };
 
 // A value: copies are independent of each other. Deterministic: the same calls give the same
@@ -73,6 +75,10 @@ class Tracker {
   Tracker(const Tracker& other);
   Tracker& operator=(const Tracker& other);
   ~Tracker();
+
+  // Moves the bodies that links of robots carry, though nobody attached them, to their places at a
+  // stamp: those that a frame of that stamp is to be compared with.
+  void PlaceCarried(std::span<const RobotLinks> robots, std::span<KnownBody> bodies);
 
   // Takes the evidence of one frame. `bodies` are those that the frame was compared with.
   StepResult Step(const FrameEvidence& frame, std::span<const KnownBody> bodies);

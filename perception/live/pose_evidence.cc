@@ -1,0 +1,98 @@
+#include "perception/live/pose_evidence.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "perception/cloud/tolerances.h"
+
+namespace cwm::perception {
+namespace {
+
+// tuned: as in the robot's mask: a point so near to a link shows the link.
+constexpr double kSurelyRobot_sigma = 1.5;
+// chosen: as in the test of removal: shares of the visible surface that rays pass through if the
+// body is elsewhere, and if it is there.
+constexpr double kThroughIfElsewhere = 0.9;
+constexpr double kThroughIfThere = 0.25;
+// chosen: the least visible share of a body that may be judged.
+constexpr double kMinVisibleShare = 0.15;
+
+}  // namespace
+
+NearLinks::NearLinks(const FrameEvidence& frame, const Vector3& center_W, double reach_m) {
+  const double range_m = (center_W - frame.X_WC.translation()).norm();
+  const double slack_m =
+      kSurelyRobot_sigma * std::hypot(frame.noise.AxialSigma_m(range_m), frame.noise.WarpSigma_m());
+  for (const RobotLinks& robot : frame.robots) {
+    for (std::size_t i = 0; i < robot.links.size(); ++i) {
+      const LinkSurface& surface = robot.surface->links()[i];
+      if (surface.empty()) continue;
+      const LinkAtStamp& link = robot.links[i];
+      const Pose X_LW = link.X_WL.inverse();
+      if (surface.bounds_L().squaredExteriorDistance(X_LW * center_W) > reach_m * reach_m) continue;
+      const double speed_m_s = (link.V_WL.linear_W_m_s +
+                                link.V_WL.angular_W_rad_s.cross(center_W - link.X_WL.translation()))
+                                   .norm();
+      const double within_m = slack_m + speed_m_s * RobotMargins().clock_s;
+      links_.push_back({&surface, X_LW, static_cast<float>(within_m)});
+    }
+  }
+}
+
+bool NearLinks::IsLink(const Vector3& p_W) const {
+  return std::ranges::any_of(links_, [&](const Near& link) {
+    const Eigen::Vector3f p_L = (link.X_LW * p_W).cast<float>();
+    return link.surface->MayBeWithin(p_L, 0, link.within_m) &&
+           link.surface->IsWithin(p_L, link.within_m);
+  });
+}
+
+bool PoseEvidence::IsHidden() const { return visible() <= kMinVisibleShare * (visible() + hidden); }
+
+PoseEvidence EvidenceAt(const FrameEvidence& frame, const BodySurface& body, const Pose& X_WB,
+                        int expected_px, const NearLinks& links) {
+  static const double through = std::log(kThroughIfThere / kThroughIfElsewhere);
+  static const double hit = std::log((1 - kThroughIfThere) / (1 - kThroughIfElsewhere));
+  const Pose X_CB = frame.X_WC.inverse() * X_WB;
+  const Pinhole& pinhole = frame.camera.pinhole;
+  const DepthImage& image = *frame.image;
+  const double sigma_m = FitGate_m(frame, X_WB) / kGate_sigma;
+  PoseEvidence evidence;
+  int facing = 0;
+  double odds = 0;
+  for (const SurfaceSample& sample : body.samples()) {
+    const Vector3 p_C = X_CB * sample.p_O;
+    const double cosine = (X_CB.linear() * sample.normal_O).dot(p_C);
+    // Grazing samples have returns of what is beside them.
+    const bool is_seen =
+        std::abs(cosine) > kMinSignificantShare * p_C.norm() && (cosine < 0 || sample.two_sided);
+    if (p_C.z() <= 0 || !is_seen) continue;
+    ++facing;
+    const auto u =
+        static_cast<int>(std::lround(pinhole.focal_u_px * p_C.x() / p_C.z() + pinhole.center_u_px));
+    const auto v =
+        static_cast<int>(std::lround(pinhole.focal_v_px * p_C.y() / p_C.z() + pinhole.center_v_px));
+    if (u < 0 || v < 0 || u >= image.width || v >= image.height) continue;
+    const float depth_m = image.at(u, v);
+    if (depth_m == 0) continue;
+    const double error = (depth_m - p_C.z()) / sigma_m;
+    if (error > kGate_sigma) {
+      ++evidence.through;
+      odds += through;
+      continue;
+    }
+    const bool is_before = error < -kGate_sigma;
+    if (is_before || links.IsLink(frame.X_WC * Vector3(p_C * (depth_m / p_C.z())))) {
+      ++evidence.hidden;
+      continue;
+    }
+    ++evidence.hit;
+    odds += std::max(through, hit - 0.5 * error * error);
+  }
+  // Samples that are closer than noise is correlated share their information.
+  const double pixels_each = facing == 0 ? 0 : static_cast<double>(expected_px) / facing;
+  evidence.log_odds = std::min(1.0, pixels_each / kPointsPerIndependentSample) * odds;
+  return evidence;
+}
+
+}  // namespace cwm::perception
