@@ -156,6 +156,46 @@ void MarkHotBodies(const FrameClasses& classes, const std::vector<BodyId>& body,
 
 namespace {
 
+// The step between pixels of which a large body has enough for a choice of kMaxBodyPoints.
+int StrideOf(int seen_pixels) {
+  return std::max(
+      1, static_cast<int>(std::sqrt(static_cast<double>(seen_pixels) / (4 * kMaxBodyPoints))));
+}
+
+}  // namespace
+
+void CountPassed(const ExpectedView& view, const DepthImage& image, const FrameClasses& classes,
+                 const ReferenceImage& reference, const DepthNoise& noise, BodyEvidence& evidence) {
+  const int stride = StrideOf(evidence.expected);
+  const PixelRectangle bounds = view.BoundsOf(evidence.id);
+  for (int v = bounds.v_begin; v < bounds.v_end; v += stride) {
+    for (int u = bounds.u_begin; u < bounds.u_end; u += stride) {
+      const std::size_t i = PixelIndex(u, v, image.width);
+      const PixelClass pixel = classes.pixels[i];
+      const bool is_measured = pixel == PixelClass::kConsistent || pixel == PixelClass::kFarther;
+      if (view.body()[i] != evidence.id || !is_measured) continue;
+      const float expected_m = view.depth_m()[i];
+      const float explained_m = noise.Explained_m(expected_m);
+      float there_m = expected_m;
+      float within_m = explained_m;
+      if (reference.Knows(i)) {
+        there_m = reference.mean_m()[i];
+        if (std::abs(there_m - expected_m) > explained_m) continue;
+        within_m = std::min(explained_m, kDifference_sigma * std::max(reference.Spread_m(i),
+                                                                      noise.Axial_m(there_m)));
+      }
+      const float beyond_m = image.depth_m[i] - there_m;
+      if (beyond_m > within_m) {
+        evidence.passed += stride * stride;
+      } else if (beyond_m >= -within_m) {
+        evidence.shown += stride * stride;
+      }
+    }
+  }
+}
+
+namespace {
+
 // The distance of cells of the image from a body's pixels.
 class OutlineDistance {
  public:
@@ -221,9 +261,7 @@ class OutlineDistance {
 std::vector<Eigen::Vector3f> PointsOfBody(BodyId id, int seen_pixels, const ExpectedView& view,
                                           const DepthImage& image, const DepthCamera& camera,
                                           const FrameClasses& classes, const PixelRays& rays) {
-  // Enough of a large body's pixels for a choice of kMaxBodyPoints.
-  const int stride = std::max(
-      1, static_cast<int>(std::sqrt(static_cast<double>(seen_pixels) / (4 * kMaxBodyPoints))));
+  const int stride = StrideOf(seen_pixels);
   const PixelRectangle bounds = view.BoundsOf(id);
   float nearest_m = std::numeric_limits<float>::infinity();
   float farthest_m = 0;

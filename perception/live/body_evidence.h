@@ -53,6 +53,10 @@ inline constexpr int kBesideOutline_px = 4;
 void MarkHotBodies(const FrameClasses& classes, const std::vector<BodyId>& body,
                    std::span<BodyEvidence> evidence);
 
+// Fills `shown` and `passed` of a body.
+void CountPassed(const ExpectedView& view, const DepthImage& image, const FrameClasses& classes,
+                 const ReferenceImage& reference, const DepthNoise& noise, BodyEvidence& evidence);
+
 // The points that may be of a body, which is seen in `seen_pixels` pixels: see
 // BodyEvidence::points_L.
 std::vector<Eigen::Vector3f> PointsOfBody(BodyId id, int seen_pixels, const ExpectedView& view,

@@ -44,6 +44,11 @@ struct BodyEvidence {
 
   // True if pixels of the body, or beside its outline, are in hot blocks.
   bool is_hot = false;
+  // Only if hot: of the pixels that showed the body itself at rest, or might have, those that still
+  // do, and those that rays pass through. Pixels of a model that is larger than the thing, and
+  // those beside edges that show one side and the other, are evidence of nothing.
+  int shown = 0;
+  int passed = 0;
   // Only if hot, or if the body was given another pose in the last frames: measured points that may
   // be of the body, which are neither robot nor mixed, and not nearer than the body by more than 30
   // mm, within 30 mm of its outline. At most kMaxBodyPoints, in the frame L (world's axes, origin

@@ -14,9 +14,28 @@ namespace cwm::perception {
 namespace {
 
 // chosen: a pixel is as before within this many standard deviations of the difference of two
-// depths, and so must be this share of the pixels that return in both: others lie beside edges.
+// depths, and so must be this share of the pixels that return in both.
 constexpr float kRestGate = 3 * std::numbers::sqrt2_v<float>;
 constexpr double kRestShare = 0.85;
+// chosen: outlines flicker by so much (Kinect: 0.8 pixels, Nguyen et al. 2012).
+constexpr int kFlicker_px = 1;
+
+// True if the pixel, or what flickers beside it, has the depth.
+bool Shows(const DepthImage& image, int u, int v, float depth_m, float gate_m) {
+  float low_m = std::numeric_limits<float>::infinity();
+  float high_m = 0;
+  for (int y = std::max(0, v - kFlicker_px); y <= std::min(image.height - 1, v + kFlicker_px);
+       ++y) {
+    for (int x = std::max(0, u - kFlicker_px); x <= std::min(image.width - 1, u + kFlicker_px);
+         ++x) {
+      const float beside_m = image.at(x, y);
+      if (beside_m == 0) continue;
+      low_m = std::min(low_m, beside_m);
+      high_m = std::max(high_m, beside_m);
+    }
+  }
+  return depth_m >= low_m - gate_m && depth_m <= high_m + gate_m;
+}
 
 }  // namespace
 
@@ -56,7 +75,10 @@ void HotRegions::UpdateRest(const DepthImage& image, const FrameClasses& classes
           const float then_m = rested_depth_m_[static_cast<std::size_t>(v) * width_ + u];
           if (now_m == 0 || then_m == 0) continue;
           ++both;
-          if (std::abs(now_m - then_m) <= kRestGate * noise_.Axial_m(then_m)) ++same;
+          const float gate_m = kRestGate * noise_.Axial_m(then_m);
+          const bool is_same =
+              std::abs(now_m - then_m) <= gate_m || Shows(image, u, v, then_m, gate_m);
+          same += is_same ? 1 : 0;
         }
       }
     }

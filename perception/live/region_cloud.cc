@@ -117,13 +117,14 @@ PointCloud RegionCloud(const FrameEvidence& frame, const RegionRequest& request,
       const Vector3 p_C((u - pinhole.center_u_px) / pinhole.focal_u_px * depth_m,
                         (v - pinhole.center_v_px) / pinhole.focal_v_px * depth_m, depth_m);
       const bool is_context = windows[i] == 1;
+      // What differs beside the region is of another one.
+      const bool differs = frame.classes->pixels[i] != PixelClass::kConsistent;
+      if (is_context && differs) continue;
       if (is_context && request.is_new_surface && !supports.Explain(frame.X_WC * p_C, depth_m)) {
         continue;
       }
       // A changed pixel is never that of a body that did not change.
-      const bool has_changed =
-          windows[i] == 2 && frame.classes->pixels[i] != PixelClass::kConsistent;
-      if (!has_changed && other_bodies.Explain(frame.X_WC * p_C, depth_m)) continue;
+      if (!differs && other_bodies.Explain(frame.X_WC * p_C, depth_m)) continue;
       cloud.points[i] = p_C.cast<float>();
     }
   }

@@ -229,7 +229,11 @@ std::vector<BodyEvidence> SensorView::State::Evidence(std::span<const KnownBody>
   }
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     if (!known_of[i]->IsFollowed()) continue;
-    if (!evidence[i].is_hot && !HasJustMoved(evidence[i].id)) continue;
+    if (evidence[i].is_hot) {
+      CountPassed(view, frame, frame_classes, reference, noise, evidence[i]);
+    } else if (!HasJustMoved(evidence[i].id)) {
+      continue;
+    }
     evidence[i].points_L = PointsOfBody(evidence[i].id, evidence[i].expected, view, frame, camera,
                                         frame_classes, rays);
   }

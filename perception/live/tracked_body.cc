@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -89,17 +90,34 @@ Pose Shifted(const Pose& X_WB, const Vector6& shift_m, double lever_m) {
   return shifted;
 }
 
+// True if something of the body's size is in front of what is known.
+bool ShowsElsewhere(const FrameEvidence& frame, int expected_px) {
+  return std::ranges::any_of(frame.regions, [&](const HotRegion& region) {
+    return region.nearer >= kMinVisibleShare * expected_px;
+  });
+}
+
+// The quantile of Student's distribution with so many degrees of freedom that a normal one has at
+// kGate_sigma = 3.
+double StudentGate(std::size_t degrees) {
+  constexpr std::array<double, 11> kGates = {235.8, 235.8, 19.21, 9.22, 6.62, 5.51,
+                                             4.90,  4.53,  4.28,  4.09, 3.96};
+  return degrees < kGates.size() ? kGates[degrees] : 3.5;
+}
+
 }  // namespace
 
 bool TrackedBody::IsGone(const BodyEvidence& evidence, Stamp stamp, SensorEvidence& sensor) {
-  const int visible = evidence.consistent + evidence.farther;
-  if (evidence.expected < kLeastExpected_px || visible < kMinVisibleShare * evidence.expected) {
+  // A body of which nothing differs is there.
+  const int passed = evidence.passed;
+  const int shown = evidence.is_hot ? evidence.shown : evidence.consistent;
+  if (evidence.expected < kLeastExpected_px ||
+      passed + shown < kMinVisibleShare * evidence.expected) {
     return false;
   }
   static const double through = std::log(kThroughIfGone / kThroughIfThere);
   static const double there = std::log((1 - kThroughIfGone) / (1 - kThroughIfThere));
-  const double odds =
-      (evidence.farther * through + evidence.consistent * there) / kPointsPerIndependentSample;
+  const double odds = (passed * through + shown * there) / kPointsPerIndependentSample;
   if (odds <= 0) {
     sensor.through_frames = 0;
   } else if (sensor.through_frames++ == 0) {
@@ -170,8 +188,9 @@ TrackedBody::Speed TrackedBody::SpeedOfPoses() const {
 // The body moves as slowly as a thing at rest may seem to, or no faster than its poses scatter.
 bool TrackedBody::HasSettled() const {
   const Speed speed = SpeedOfPoses();
+  const double gate = StudentGate(poses_.size() - std::min<std::size_t>(poses_.size(), 2));
   const auto is_slow = [&](int i, double limit) {
-    return std::abs(speed.mean[i]) < std::max(limit, kGate_sigma * speed.sigma[i]);
+    return std::abs(speed.mean[i]) < std::max(limit, gate * speed.sigma[i]);
   };
   for (int i = 0; i < 3; ++i) {
     if (!is_slow(i, kSettled_mps) || !is_slow(i + 3, kSettled_radps * surface_->lever_m())) {
@@ -284,7 +303,8 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
   }
   if (!outcome.X_WB) {
     // A body that moves may be ahead of where it is looked for, and be found again.
-    const bool may_be_found = !rests() && frame.stamp - last_fit_ < kFoundAgain;
+    const bool may_be_found = !rests() && frame.stamp - last_fit_ < kFoundAgain &&
+                              ShowsElsewhere(frame, evidence.expected);
     const bool is_gone = IsGone(evidence, frame.stamp, sensor) && !may_be_found;
     outcome.is_gone = is_gone || IsLostForLong(frame.stamp);
   }

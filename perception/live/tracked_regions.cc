@@ -18,6 +18,8 @@ constexpr std::chrono::seconds kRetryTime{3};
 constexpr double kLeastRestOfCut_s = 3;
 // chosen: fewer pixels of robots beside a region, as a share of its own, cut nothing off.
 constexpr double kCutShare = 0.1;
+// derived: the points of a region reach one block beyond its own.
+constexpr int kSharedBlocks = 2;
 // chosen: smaller surfaces that a moving sensor sees for the first time may be the fringe of known
 // ones, by the error of its pose. A cup at 1.5 m has two thousand pixels.
 constexpr int kLeastNewSurface_px = 1000;
@@ -37,14 +39,13 @@ bool IsOfRobot(PixelClass pixel) {
          pixel == PixelClass::kMixed || pixel == PixelClass::kHidden;
 }
 
-// True if a robot hides a part of what the region shows: its pixels are in or beside the region's
-// blocks.
-bool IsCut(const FrameEvidence& frame, const HotRegion& region) {
-  const FrameClasses& classes = *frame.classes;
+// The blocks and those around them within the distance, ascending.
+std::vector<std::int32_t> Around(const std::vector<std::int32_t>& blocks, int distance,
+                                 const FrameClasses& classes) {
   std::vector<std::int32_t> around;
-  for (const std::int32_t block : region.blocks) {
-    for (const int row : {-1, 0, 1}) {
-      for (const int column : {-1, 0, 1}) {
+  for (const std::int32_t block : blocks) {
+    for (int row = -distance; row <= distance; ++row) {
+      for (int column = -distance; column <= distance; ++column) {
         const int c = block % classes.block_columns + column;
         const int r = block / classes.block_columns + row;
         if (c < 0 || r < 0 || c >= classes.block_columns || r >= classes.block_rows) continue;
@@ -54,8 +55,15 @@ bool IsCut(const FrameEvidence& frame, const HotRegion& region) {
   }
   std::ranges::sort(around);
   around.erase(std::unique(around.begin(), around.end()), around.end());
+  return around;
+}
+
+// True if a robot hides a part of what the region shows: its pixels are in or beside the region's
+// blocks.
+bool IsCut(const FrameEvidence& frame, const HotRegion& region) {
+  const FrameClasses& classes = *frame.classes;
   int robot = 0;
-  for (const std::int32_t block : around) {
+  for (const std::int32_t block : Around(region.blocks, 1, classes)) {
     const int u_begin = block % classes.block_columns * kBlock_px;
     const int v_begin = block / classes.block_columns * kBlock_px;
     for (int v = v_begin; v < std::min(classes.height, v_begin + kBlock_px); ++v) {
@@ -131,8 +139,11 @@ std::vector<RegionRequest> TrackedRegions::RequestRested(const FrameEvidence& fr
     const double least_rest_s = IsCut(frame, region) ? kLeastRestOfCut_s : kLeastRest_s;
     if (region.rest_s < least_rest_s || region.rest_frames < kLeastRestFrames) continue;
     if (std::ranges::any_of(region.bodies, is_moving)) continue;
+    // Things reach over the border of their blocks, so regions that are near each other may show
+    // parts of one thing: the second waits for what the first one is found to be.
+    const auto beside = Around(region.blocks, kSharedBlocks, *frame.classes);
     if (std::ranges::any_of(pending_, [&](const auto& pending) {
-          return Intersects(pending.second.blocks, region.blocks);
+          return Intersects(pending.second.blocks, beside);
         })) {
       continue;
     }

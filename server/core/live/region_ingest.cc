@@ -1,9 +1,12 @@
 #include "server/core/live/region_ingest.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <set>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/live/region_cloud.h"
 #include "server/core/ingest_plan.h"
 #include "server/core/stale_changes.h"
@@ -47,10 +50,34 @@ Scope ScopeOf(const RegionJob& job, const collision::WorldSnapshot& snapshot) {
   return scope;
 }
 
-// Restricts what the associations say to what the region shows.
-void Restrict(SceneMatch& match, const Scope& scope) {
+// By detected object, the share of its points that differ from what was known.
+std::vector<double> ChangedShares(const RegionJob& job,
+                                  const perception::SceneInterpretation& scene) {
+  // The first object has the second ten of labels.
+  constexpr std::uint32_t kLabelsOfObject = 10, kFirstObject = 2;
+  std::vector<std::array<double, 2>> counts(scene.objects.size());
+  for (std::size_t i = 0; i < scene.labels.size(); ++i) {
+    const std::size_t object = std::size_t{scene.labels[i] / kLabelsOfObject} - kFirstObject;
+    if (object >= counts.size()) continue;  // of a support, or none
+    const bool is_same = job.frame.classes->pixels[i] == perception::PixelClass::kConsistent;
+    ++counts[object][is_same ? 0 : 1];
+  }
+  std::vector<double> shares;
+  for (const auto& [same, changed] : counts)
+    shares.push_back(changed / std::max(1.0, same + changed));
+  return shares;
+}
+
+// Restricts what the associations say to what the region shows. A detection that did not change is
+// no news: noise, and a view of a part, let the interpreter see it differently now.
+void Restrict(SceneMatch& match, const Scope& scope, const std::vector<double>& changed_shares) {
   std::erase_if(match.associations, [&](Association& association) {
-    if (association.known < 0) return false;
+    const double changed =
+        association.object < 0 ? 1 : changed_shares[static_cast<std::size_t>(association.object)];
+    if (association.known < 0) {
+      if (changed < perception::kMajority) association.outcome = Outcome::kExplained;
+      return false;
+    }
     const auto k = static_cast<std::size_t>(association.known);
     const bool is_detected = association.support >= 0 || association.object >= 0;
     const WorldObject& known = *match.known[k];
@@ -60,9 +87,21 @@ void Restrict(SceneMatch& match, const Scope& scope) {
         association.outcome = Outcome::kMove;
         association.X_WO = known.X_WO;
       }
+      // What is gone and looks different now is another thing.
+      if (is_detected && association.outcome == Outcome::kReplace) {
+        association.outcome = Outcome::kAdd;
+        association.known = -1;
+        association.X_WO = Pose::Identity();
+      }
+      if (is_detected && changed < perception::kMajority) {
+        association.outcome = Outcome::kExplained;
+        association.known = -1;
+      }
       return !is_detected;
     }
-    if (!scope.may_change.contains(known.name) && association.outcome != Outcome::kExplained) {
+    const bool may_change = scope.may_change.contains(known.name) &&
+                            (!is_detected || changed >= perception::kMinSignificantShare);
+    if (!may_change && association.outcome != Outcome::kExplained) {
       association.outcome = Outcome::kKeep;
     }
     return false;
@@ -89,7 +128,9 @@ class RegionRun {
     const SnapshotPtr snapshot = world_.Tip();
     const Scope scope = ScopeOf(job_, *snapshot);
     match_ = MatchScene(snapshot, scope.known, scene_, cloud_, job_.frame.noise);
-    Restrict(match_, scope);
+    Restrict(match_, scope,
+             job_.request.is_new_surface ? std::vector<double>(scene_.objects.size(), 1)
+                                         : ChangedShares(job_, scene_));
     const perception::Work work{.max_threads = job_.max_threads,
                                 .threads_now = job_.threads_now,
                                 .stop = stop_,
