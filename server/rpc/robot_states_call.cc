@@ -8,7 +8,6 @@
 #include "collision/xml/xml_element.h"
 #include "server/core/error.h"
 #include "server/core/live/robot_states.h"
-#include "server/core/load_robot.h"
 #include "server/core/world_feed.h"
 #include "server/wire/objects.h"
 #include "server/wire/robot_states.h"
@@ -27,6 +26,14 @@ std::vector<collision::Change> ChangesOf(std::vector<collision::SetRobotState> s
     changes.push_back({.what = std::move(state), .expected_object_revision = {}});
   }
   return changes;
+}
+
+// The robot that the header named is not in the world, or no longer.
+absl::Status NoSuchRobot(const std::string& name) {
+  return MakeError(
+      absl::StatusCode::kNotFound,
+      absl::StrCat("header.robot: there is no robot ", collision::Quoted(name), " in this world"),
+      {.reason = "ROBOT_UNKNOWN", .metadata = {{"robot", name}}});
 }
 
 }  // namespace
@@ -79,7 +86,7 @@ absl::Status RobotStatesCall::TakeHeader(const v1::RobotStatesHeader& header) {
   if (!world.ok()) return world.status();
   const SnapshotPtr snapshot = (*world)->Snapshot();
   collision::WorldRobotPtr robot = snapshot->FindRobot(header.robot());
-  if (robot == nullptr) return UnknownRobot(header.robot());
+  if (robot == nullptr) return NoSuchRobot(header.robot());
   auto told = ToldVariablesFromProto(header, robot->model(), path);
   if (!told.ok()) return told.status();
   world_ = *std::move(world);
@@ -99,10 +106,10 @@ absl::Status RobotStatesCall::TakeHeader(const v1::RobotStatesHeader& header) {
 absl::Status RobotStatesCall::CheckRobot() const {
   if (world_->is_deleted()) return WorldDeleted();
   const collision::WorldRobotPtr present = world_->Snapshot()->FindRobot(robot_->name);
-  if (present == nullptr) return UnknownRobot(robot_->name);
+  if (present == nullptr) return NoSuchRobot(robot_->name);
   if (present->IsSameAs(*robot_)) return absl::OkStatus();
   return MakeError(absl::StatusCode::kNotFound,
-                   absl::StrCat("robot: ", collision::Quoted(robot_->name),
+                   absl::StrCat("header.robot: ", collision::Quoted(robot_->name),
                                 " was replaced by another one of its name, begin a new stream"),
                    {.reason = "ROBOT_UNKNOWN", .metadata = {{"robot", robot_->name}}});
 }
@@ -116,7 +123,7 @@ absl::Status RobotStatesCall::TakeStates(const v1::RobotStateRows& states) {
     return InvalidField("states", "came before the header, must come after it");
   if (absl::Status there = CheckRobot(); !there.ok()) return there;
   const collision::WorldRobotPtr present = world_->Snapshot()->FindRobot(robot_->name);
-  if (present == nullptr) return UnknownRobot(robot_->name);
+  if (present == nullptr) return NoSuchRobot(robot_->name);
   const auto stamped =
       StampedStatesFromProto(states, present, told_, kMaxRows, FieldPath::OfRequest("states"));
   if (!stamped.ok()) return stamped.status();

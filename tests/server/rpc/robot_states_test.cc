@@ -230,7 +230,10 @@ TEST_F(StreamRobotStatesTest, RefusesByFieldWhatIsNoState) {
   headless->WritesDone();
   EXPECT_EQ(FieldIn(headless->Finish()), "states");
   const auto unknown = Begin({}, "leg");
-  EXPECT_EQ(ReasonIn(unknown->Finish()), "ROBOT_UNKNOWN");
+  const grpc::Status status = unknown->Finish();
+  EXPECT_EQ(ReasonIn(status), "ROBOT_UNKNOWN");
+  EXPECT_THAT(status.error_message(),
+              ::testing::StartsWith("header.robot: there is no robot \"leg\""));
 }
 
 TEST_F(StreamRobotStatesTest, WhatACancelledStreamToldLastIsPublished) {
