@@ -109,7 +109,7 @@ void MeasureFrames(const perception::SequenceRenderer& renderer,
                    const std::vector<TrueFrame>& frames, double first_stamp_s,
                    const Recording& recording, HandSums& sums) {
   const SequenceScript& script = renderer.script();
-  bool was_present = false;
+  bool was_seen = false;
   double left_s = -1;
   std::set<std::string> before;  // the hand came
   for (std::size_t m = 0; m < recording.timeline.size(); ++m) {
@@ -128,29 +128,28 @@ void MeasureFrames(const perception::SequenceRenderer& renderer,
           boxes, [&](const PlacedBox& box) { return Distance_m(box, p_W) <= kNear_m; });
     }
     const perception::SequenceState state = perception::StateAt(script, time_s);
-    bool is_present = false;
     for (std::size_t h = 0; h < state.X_WH.size(); ++h) {
       if (!state.X_WH[h]) continue;
-      is_present = true;
       sums.excess.push_back(FarVolume_m3(boxes, script.hands[h], *state.X_WH[h]) /
                             VolumeOf_m3(script.hands[h].shape));
     }
-    if (is_present && !was_present && m > 0) {
+    const bool is_seen = frame.hand_pixels > 0;
+    if (is_seen && !was_seen && m > 0) {
       before.clear();
       for (const PublishedThing& thing : recording.timeline[m - 1].published) {
         before.insert(thing.name);
       }
     }
-    if (was_present && !is_present) left_s = time_s;
+    if (was_seen && !is_seen) left_s = time_s;
     const bool has_mover =
         std::ranges::any_of(recording.timeline[m].published, [&](const PublishedThing& thing) {
           return thing.kind != PublishedKind::kThing && !before.contains(thing.name);
         });
-    if (left_s >= 0 && (!has_mover || is_present)) {
+    if (left_s >= 0 && (!has_mover || is_seen)) {
       sums.gone_ms.push_back(1e3 * (time_s - left_s));
       left_s = -1;
     }
-    was_present = is_present;
+    was_seen = is_seen;
   }
   if (left_s >= 0) sums.gone_ms.push_back(1e4);
 }

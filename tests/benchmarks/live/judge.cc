@@ -122,8 +122,8 @@ class ChangeJudge {
     if (IsFounded(m, matched, name)) return;
     ++(verdict_.unfounded.*count);
     char line[200];
-    std::snprintf(line, sizeof(line), "moment %zu, %.3f s: %s %s", m, timeline_[m].stamp_s,
-                  name.c_str(), kind);
+    std::snprintf(line, sizeof(line), "moment %zu, %.3f s: %s %s", m,
+                  timeline_[m].stamp_s - timeline_.front().stamp_s, name.c_str(), kind);
     verdict_.lines.emplace_back(line);
   }
 
@@ -170,6 +170,16 @@ std::vector<Notice> EventsOf(const Timeline& timeline, std::size_t thing) {
     }
   }
   return events;
+}
+
+std::string RestLine(const Timeline& timeline, std::size_t m, std::size_t thing,
+                     const std::string& name, const char* what, double distance_m) {
+  char line[200];
+  std::snprintf(line, sizeof(line),
+                "moment %zu, %.3f s: thing %zu, %.0f %% visible, as %s, %s by %.1f mm", m,
+                timeline[m].stamp_s - timeline.front().stamp_s, thing,
+                1e2 * timeline[m].truth[thing].visible_share, name.c_str(), what, 1e3 * distance_m);
+  return line;
 }
 
 // True if the published world of the moment shows the event. `match_before` is the object that was
@@ -303,6 +313,9 @@ RestVerdict JudgeRests(const Timeline& timeline) {
       if (settled != nullptr) {
         if (match->name == settled->name && !IsSamePose(match->X_WO, settled->X_WO)) {
           ++verdict.jitter;
+          const double shift_m = (match->X_WO.translation() - settled->X_WO.translation()).norm();
+          verdict.lines.push_back(
+              RestLine(timeline, m, t, match->name, "shifted at rest", shift_m));
         }
         settled = match;
         continue;
@@ -310,8 +323,13 @@ RestVerdict JudgeRests(const Timeline& timeline) {
       settled = match;
       const Rest rest{match->name, match->X_WO.translation(), now.X_WO.translation()};
       if (before && before->name == rest.name) {
-        verdict.errors_m.push_back(
-            ((rest.p_W - before->p_W) - (rest.true_p_W - before->true_p_W)).norm());
+        const double error_m =
+            ((rest.p_W - before->p_W) - (rest.true_p_W - before->true_p_W)).norm();
+        verdict.errors_m.push_back(error_m);
+        if (error_m > kLargeRestError_m) {
+          verdict.lines.push_back(
+              RestLine(timeline, m, t, match->name, "is not where it came to rest", error_m));
+        }
       }
       before = rest;
     }

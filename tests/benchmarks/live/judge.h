@@ -73,7 +73,10 @@ struct RestVerdict {
   std::vector<double> errors_m = {};
   // The number of poses of one object beyond the first, during rests from kSettled_s on.
   int jitter = 0;
+  // In words, each error of more than kLargeRestError_m and each further pose.
+  std::vector<std::string> lines = {};
 };
+inline constexpr double kLargeRestError_m = 0.002;
 inline constexpr double kSettled_s = 1;
 RestVerdict JudgeRests(const Timeline& timeline);
 

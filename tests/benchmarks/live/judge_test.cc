@@ -7,6 +7,7 @@ namespace cwm::benchmarks {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
@@ -209,6 +210,16 @@ TEST(Rests, CompareDisplacementsAndCountJitter) {
   ASSERT_THAT(verdict.errors_m, SizeIs(1));
   EXPECT_NEAR(verdict.errors_m[0], 0.001, 1e-12);
   EXPECT_EQ(verdict.jitter, 1);
+  EXPECT_THAT(verdict.lines, ElementsAre(HasSubstr("as a, shifted at rest by 0.1 mm")));
+}
+
+TEST(Rests, ThatAreFarOffAreToldInWords) {
+  const auto timeline = TimelineOfOne()
+                            .Then(20, ThingAt(0), {ObjectAt(0, "a")})
+                            .Then(20, ThingAt(0.02), {ObjectAt(0.017, "a")});
+  EXPECT_THAT(JudgeRests(timeline).lines,
+              ElementsAre(HasSubstr("thing 0, 100 % visible, as a, is not where it came to rest by "
+                                    "3.0 mm")));
 }
 
 TEST(Rests, AreNotMeasuredBeforeTheyAreSettled) {

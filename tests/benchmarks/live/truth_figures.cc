@@ -97,10 +97,18 @@ void AddSamples(const Recording& recording, std::uint64_t seed, SceneSamples& sa
   report.Detail(name + text);
   for (const Notice& notice : JudgeNotices(timeline, from)) {
     samples.Add(NameOf(notice), notice.time_s ? 1e3 * *notice.time_s : kNever_ms);
+    if (notice.time_s) continue;
+    const Moment& moment = timeline[notice.moment];
+    std::snprintf(text, sizeof(text),
+                  "moment %zu, %.3f s: thing %zu %s, %.0f %% visible, never noticed", notice.moment,
+                  moment.stamp_s - timeline.front().stamp_s, notice.thing, NameOf(notice).c_str(),
+                  1e2 * moment.truth[notice.thing].visible_share);
+    report.Detail(name + text);
   }
   const RestVerdict rests = JudgeRests(timeline);
   for (const double error_m : rests.errors_m) samples.Add("rest_error_mm", 1e3 * error_m);
   samples.Add("jitter", rests.jitter);
+  for (const std::string& line : rests.lines) report.Detail(name + line);
   const ChangeVerdict changes = JudgeChanges(timeline, from);
   for (const std::string& line : changes.lines) report.Detail(name + "unfounded, " + line);
   samples.Add("unfounded_added", changes.unfounded.added);
