@@ -1,3 +1,4 @@
+// The pixels of robots, and those of what is around them.
 #include "perception/live/robot_view.h"
 
 #include <gmock/gmock.h>
@@ -6,89 +7,13 @@
 #include <cmath>
 #include <limits>
 
-#include "collision/geometry/signed_distance.h"
-#include "tests/perception/live/robot_scene.h"
+#include "tests/perception/live/seen_robot.h"
 
 namespace cwm::perception {
 namespace {
 
-// Small margins, so that little is near a margin's edge.
-SensorNoise FineNoise() { return {.model = SensorModel::kGiven, .given_sigma_m = 0.001}; }
-
-// A frame of the scene as the robot stands in it.
-struct View {
-  RobotScene scene = {};
-  SmallRobot robot = Arm();
-  RobotMargins margins = {};
-  StateSource source = StateSource::kInterpolated;
-  double late_s = 0;
-  std::vector<CarriedAtStamp> carried = {};
-  bool with_expected = true;
-
-  // Filled by Take.
-  RangeImage truth = {};
-  DepthImage image = {};
-  std::vector<float> expected_m = {};
-
-  void Take() {
-    truth = scene.Sightings(&robot);
-    image = DepthsOf(truth);
-    expected_m = ExpectedOf(scene.Sightings(nullptr));
-  }
-  // What is told of the image if the links are believed to be at `poses`.
-  RobotSighting Mask(const std::vector<LinkAtStamp>& poses) const {
-    const DepthCamera camera = scene.camera();
-    RobotFrame frame{
-        .camera = &camera, .X_WC = scene.pinhole.X_WC, .image = &image, .noise = FineNoise()};
-    if (with_expected) frame.expected_m = expected_m;
-    RobotView view(robot.Surface());
-    return view.Mask(frame, {.source = source, .late_s = late_s, .links = poses}, carried, margins);
-  }
-  RobotSighting Mask() const { return Mask(robot.poses); }
-
-  bool ShowsRobot(std::size_t pixel) const {
-    return truth.pixels[pixel].object >= scene.thing_count();
-  }
-  Vector3 Point(std::size_t pixel) const {
-    const auto width = static_cast<std::size_t>(image.width);
-    const std::size_t u = pixel % width, v = pixel / width;
-    return scene.pinhole.X_WC *
-           Vector3(image.depth_m[pixel] *
-                   RayDirection(scene.pinhole, static_cast<double>(u), static_cast<double>(v)));
-  }
-  // The signed distance of a pixel's point from the nearest link.
-  double RobotDistance_m(std::size_t pixel) const {
-    double distance_m = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < robot.links.size(); ++i) {
-      for (const Shape& shape : robot.links[i]) {
-        const Vector3 p_L = robot.poses[i].X_WL.inverse() * Point(pixel);
-        distance_m = std::min(distance_m, SignedDistance_m(shape, p_L));
-      }
-    }
-    return distance_m;
-  }
-  // True if a pixel that shows the robot is at most `reach_px` away.
-  bool IsNearRobot(std::size_t pixel, int reach_px) const {
-    const int u = static_cast<int>(pixel) % image.width, v = static_cast<int>(pixel) / image.width;
-    for (int y = std::max(0, v - reach_px); y <= std::min(image.height - 1, v + reach_px); ++y) {
-      for (int x = std::max(0, u - reach_px); x <= std::min(image.width - 1, u + reach_px); ++x) {
-        if (ShowsRobot(static_cast<std::size_t>(y) * image.width + x)) return true;
-      }
-    }
-    return false;
-  }
-};
-
-std::uint8_t At(const RobotSighting& sighting, std::size_t pixel) {
-  return sighting.mask.empty() ? std::uint8_t{0} : sighting.mask.pixels[pixel];
-}
-
-std::int64_t CountOf(const RobotSighting& sighting, std::uint8_t pixel_class) {
-  return std::count(sighting.mask.pixels.begin(), sighting.mask.pixels.end(), pixel_class);
-}
-
 TEST(RobotView, TellsEveryPixelOfTheRobotAndNoOther) {
-  View view;
+  SeenRobot view;
   view.Take();
   const RobotSighting sighting = view.Mask();
   int robot = 0;
@@ -103,7 +28,7 @@ TEST(RobotView, TellsEveryPixelOfTheRobotAndNoOther) {
 }
 
 TEST(RobotView, ClaimsPointsByTheirDistanceIfNothingIsKnown) {
-  View view;
+  SeenRobot view;
   view.with_expected = false;
   view.robot.poses[0].X_WL = MakeTranslation(0, 0, 0.21);  // the foot 10 mm above the table
   view.Take();
@@ -121,7 +46,7 @@ TEST(RobotView, ClaimsPointsByTheirDistanceIfNothingIsKnown) {
 }
 
 TEST(RobotView, LeavesKnownThingsBesideARobotAlone) {
-  View view;
+  SeenRobot view;
   // A can 12 mm before the forearm's end, and the foot 10 mm above the table.
   view.robot.poses[0].X_WL = MakeTranslation(0, 0, 0.21);
   view.scene.things.objects.push_back(
@@ -148,7 +73,7 @@ TEST(RobotView, LeavesKnownThingsBesideARobotAlone) {
 }
 
 TEST(RobotView, TakesDepthsBetweenTheRobotAndWhatIsBehindForMixed) {
-  View view;
+  SeenRobot view;
   view.Take();
   const std::vector<float> expected_m = view.expected_m;
   const DepthImage clean = view.image;
@@ -176,14 +101,14 @@ TEST(RobotView, TakesDepthsBetweenTheRobotAndWhatIsBehindForMixed) {
 }
 
 TEST(RobotView, LeavesWhatIsBeforeTheRobotAlone) {
-  View view;
+  SeenRobot view;
   view.Take();
   for (float& depth_m : view.image.depth_m) depth_m = 0.4F;  // a wall 0.4 m before the camera
   EXPECT_TRUE(view.Mask().mask.empty());
 }
 
 TEST(RobotView, HidesKnownSurfacesWhereTheRobotGivesNoReturn) {
-  View view;
+  SeenRobot view;
   view.Take();
   for (std::size_t pixel = 0; pixel < view.truth.pixels.size(); ++pixel) {
     if (view.ShowsRobot(pixel)) view.image.depth_m[pixel] = 0;
@@ -206,7 +131,7 @@ TEST(RobotView, HidesKnownSurfacesWhereTheRobotGivesNoReturn) {
 }
 
 TEST(RobotView, TellsWhatIsCarriedFromTheRobot) {
-  View view;
+  SeenRobot view;
   auto model = std::make_shared<HybridModel>();
   model->shapes.push_back({.shape = Box{{0.08, 0.08, 0.2}}});
   // It hangs from the forearm's end and touches it.
@@ -250,114 +175,8 @@ TEST(RobotView, TellsWhatIsCarriedFromTheRobot) {
   EXPECT_EQ(CountOf(with_ids, kCarriedByte), CountOf(sighting, kCarriedByte));
 }
 
-TEST(RobotView, WidensMarginsBySpeedAndLateness) {
-  View view;
-  view.Take();
-  std::vector<LinkAtStamp> late = view.robot.poses;
-  for (LinkAtStamp& link : late) {
-    link.X_WL.translation().x() -= 0.04;
-    link.V_WL.linear_W_m_s = {1, 0, 0};
-  }
-  const auto left = [&](const RobotSighting& sighting) {
-    int count = 0;
-    for (std::size_t pixel = 0; pixel < view.truth.pixels.size(); ++pixel) {
-      if (view.ShowsRobot(pixel) && At(sighting, pixel) == 0) ++count;
-    }
-    return count;
-  };
-  view.margins.clock_s = 0;
-  EXPECT_GT(left(view.Mask(late)), 100);
-  view.source = StateSource::kHeld;
-  view.late_s = 0.02;  // 20 mm more
-  EXPECT_EQ(left(view.Mask(late)), 0);
-  view.late_s = 0;
-  view.margins.exposure_s = 0.04;
-  EXPECT_EQ(left(view.Mask(late)), 0);
-}
-
-TEST(RobotView, TellsAWrongStateByRaysThroughALinkAndTakesNothingAway) {
-  View view;
-  view.Take();
-  std::vector<LinkAtStamp> wrong = view.robot.poses;
-  wrong[2].X_WL.translation() += Vector3(0.06, 0.05, 0);
-  const RobotSighting sighting = view.Mask(wrong);
-  EXPECT_EQ(sighting.fault, RobotStateFault::kWrong);
-  EXPECT_EQ(sighting.through_link, 2);
-  EXPECT_GT(sighting.through_share, 0.1);
-  for (std::size_t pixel = 0; pixel < view.truth.pixels.size(); ++pixel) {
-    // The robot is not left in the world, and what is behind is where it was.
-    if (view.ShowsRobot(pixel)) {
-      EXPECT_NE(At(sighting, pixel), 0);
-    } else if (view.truth.pixels[pixel].seen() && view.RobotDistance_m(pixel) > 0.2) {
-      EXPECT_EQ(At(sighting, pixel), 0);
-    }
-  }
-  // The table vanishes below the arm while nobody knows where the arm is: nothing is told.
-  for (std::size_t pixel = 0; pixel < view.truth.pixels.size(); ++pixel) {
-    if (!view.ShowsRobot(pixel)) view.image.depth_m[pixel] += 0.1F;
-  }
-  const RobotSighting behind = view.Mask(wrong);
-  for (std::size_t pixel = 0; pixel < view.truth.pixels.size(); ++pixel) {
-    if (view.truth.pixels[pixel].seen() && view.IsNearRobot(pixel, 8)) {
-      EXPECT_NE(At(behind, pixel), 0);
-    }
-  }
-}
-
-TEST(RobotView, ARightStateIsNotToldWrongWithinItsMargin) {
-  View view;
-  view.Take();
-  for (const Vector3& shift : {Vector3(0.018, 0, 0), Vector3(0, -0.018, 0), Vector3(0, 0, 0.018)}) {
-    std::vector<LinkAtStamp> poses = view.robot.poses;
-    for (LinkAtStamp& link : poses) link.X_WL.translation() += shift;
-    const RobotSighting sighting = view.Mask(poses);
-    EXPECT_EQ(sighting.fault, RobotStateFault::kNone);
-    EXPECT_EQ(sighting.through_pixels, 0);
-    for (std::size_t pixel = 0; pixel < view.truth.pixels.size(); ++pixel) {
-      if (view.ShowsRobot(pixel)) {
-        EXPECT_EQ(At(sighting, pixel), kRobotByte);
-      }
-    }
-  }
-}
-
-TEST(RobotView, WithoutAStateNothingUnknownIsTakenWithinReach) {
-  View view;
-  view.Take();
-  view.source = StateSource::kMissing;
-  const DepthCamera camera = view.scene.camera();
-  RobotView robots(view.robot.Surface());
-  const RobotFrame frame{.camera = &camera,
-                         .X_WC = view.scene.pinhole.X_WC,
-                         .image = &view.image,
-                         .noise = FineNoise(),
-                         .expected_m = view.expected_m};
-  const RobotSighting sighting =
-      robots.Mask(frame, {.reach_W = {{0, 0, 0.5}, 0.5}}, {}, view.margins);
-  EXPECT_EQ(sighting.fault, RobotStateFault::kMissing);
-  for (std::size_t pixel = 0; pixel < view.truth.pixels.size(); ++pixel) {
-    EXPECT_EQ(At(sighting, pixel), view.ShowsRobot(pixel) ? kMixedByte : 0);
-  }
-  // A known surface within reach is seen, one that is not where it was is not told.
-  RobotFrame unknown = frame;
-  unknown.expected_m = {};
-  const RobotSighting all = robots.Mask(unknown, {.reach_W = {{0, 0, 0.5}, 0.8}}, {}, {});
-  for (std::size_t pixel = 0; pixel < view.truth.pixels.size(); ++pixel) {
-    if (!view.truth.pixels[pixel].seen()) continue;
-    const double distance_m = (view.Point(pixel) - Vector3(0, 0, 0.5)).norm();
-    if (distance_m < 0.799) {
-      EXPECT_EQ(At(all, pixel), kMixedByte);
-    }
-    if (distance_m > 1 && !view.IsNearRobot(pixel, 4)) {
-      EXPECT_EQ(At(all, pixel), 0);
-    }
-  }
-  // Without a bound, the robot may be anywhere.
-  EXPECT_GT(CountOf(robots.Mask(unknown, {}, {}, {}), kMixedByte), CountOf(all, kMixedByte));
-}
-
 TEST(RobotView, IsEmptyWithoutARobotInView) {
-  View view;
+  SeenRobot view;
   view.Take();
   EXPECT_TRUE(view.Mask({}).mask.empty());  // a robot without links
   std::vector<LinkAtStamp> behind = view.robot.poses;
@@ -377,7 +196,7 @@ TEST(RobotView, IsEmptyWithoutARobotInView) {
 }
 
 TEST(RobotView, ACameraWithinTheBoundsOfALinkSeesPastIt) {
-  View view;
+  SeenRobot view;
   // The camera is inside of the hull of a link, as a camera in a hand's housing is, and sees the
   // arm.
   view.robot.links.push_back({Box{{0.1, 0.1, 0.1}}});
@@ -395,7 +214,7 @@ TEST(RobotView, ACameraWithinTheBoundsOfALinkSeesPastIt) {
 
 // A camera on a hand looks past two fingers, which reach out of the image and behind the camera.
 TEST(RobotView, AWristCameraSeesTheFingersBesideIt) {
-  View view;
+  SeenRobot view;
   view.scene.pinhole.X_WC = LookAt(Vector3(0.05, 0, 0.4), Vector3(0, 0, 0));
   const Pose X_WC = view.scene.pinhole.X_WC;
   view.robot.links = {{Box{{0.02, 0.02, 0.24}}}, {Box{{0.02, 0.02, 0.24}}}};
@@ -435,7 +254,7 @@ TEST(RobotView, AWristCameraSeesTheFingersBesideIt) {
 }
 
 TEST(RobotView, ResultsFollowFromTheCallAlone) {
-  View view;
+  SeenRobot view;
   view.Take();
   const DepthCamera camera = view.scene.camera();
   RobotView robots(view.robot.Surface());
@@ -451,7 +270,7 @@ TEST(RobotView, ResultsFollowFromTheCallAlone) {
 }
 
 TEST(RobotView, TheRectangleHoldsAllPixelsOfTheMask) {
-  View view;
+  SeenRobot view;
   view.Take();
   const RobotMask mask = view.Mask().mask;
   int u_begin = mask.u_end, v_begin = mask.v_end, u_end = 0, v_end = 0;
@@ -483,21 +302,6 @@ TEST(MergeMask, TakesTheSurerClassOfTwoRobots) {
   EXPECT_EQ(none.pixels, other.pixels);
   MergeMask({}, camera, none);
   EXPECT_EQ(none.pixels, other.pixels);
-}
-
-TEST(VelocityBetween, TakesAFrameFromOnePoseToTheOther) {
-  std::mt19937_64 random(1);
-  for (int i = 0; i < 20; ++i) {
-    const Pose X_before = RandomPose(random, 1), X_after = RandomPose(random, 1);
-    const SpatialVelocity V = VelocityBetween(X_before, X_after, 0.5);
-    const Vector3 turn = 0.5 * V.angular_W_rad_s;
-    const Matrix3 R = Eigen::AngleAxisd(turn.norm(), turn.normalized()).toRotationMatrix();
-    EXPECT_TRUE((R * X_before.linear()).isApprox(X_after.linear(), 1e-9));
-    EXPECT_TRUE(
-        (X_before.translation() + 0.5 * V.linear_W_m_s).isApprox(X_after.translation(), 1e-9));
-  }
-  const SpatialVelocity still = VelocityBetween(Pose::Identity(), Pose::Identity(), 0.1);
-  EXPECT_EQ(still.angular_W_rad_s.norm(), 0);
 }
 
 }  // namespace
