@@ -16,6 +16,8 @@ constexpr milliseconds kWindow{500};
 // chosen: a body and a link that have moved as one for so long, and by so many times the noise.
 constexpr milliseconds kAsOne{200};
 constexpr double kMovedGates = 4;
+// chosen: what a link moves in that time, at 1 m/s.
+constexpr double kFarthest_m = 0.5;
 // chosen: hypotheses whose poses differ by less say the same.
 constexpr double kSamePose_m = 0.001;
 // chosen: odds that differ by less are equal.
@@ -112,9 +114,26 @@ Pose Between(const Pose& from, const Pose& to, double share) {
   return between;
 }
 
-NearLinks LinksAbout(const FrameEvidence& frame, const BodySurface& body, const Pose& X_WB) {
+NearbySurfaces SurfacesAbout(const FrameEvidence& frame, const BodyEvidence& evidence,
+                             const BodySurface& body, std::span<const NeighbourBody> others,
+                             const Pose& X_WB) {
   const double radius_m = 0.5 * body.bounds_O().diagonal().norm();
-  return {frame, X_WB * body.bounds_O().center(), radius_m + ReachOf_m(frame, X_WB)};
+  return {frame, others, evidence.id, X_WB * body.bounds_O().center(), radius_m + kFarthest_m};
+}
+
+// True if a link may touch the body.
+bool IsLinkNear(const FrameEvidence& frame, const BodySurface& body, const Pose& X_WB) {
+  const Vector3 center_W = X_WB * body.bounds_O().center();
+  const double reach_m = 0.5 * body.bounds_O().diagonal().norm() + ReachOf_m(frame, X_WB);
+  return std::ranges::any_of(frame.robots, [&](const RobotLinks& robot) {
+    for (std::size_t i = 0; i < robot.links.size(); ++i) {
+      const LinkSurface& link = robot.surface->links()[i];
+      if (link.empty()) continue;
+      const Vector3 center_L = robot.links[i].X_WL.inverse() * center_W;
+      if (link.bounds_L().squaredExteriorDistance(center_L) <= reach_m * reach_m) return true;
+    }
+    return false;
+  });
 }
 
 }  // namespace
@@ -173,17 +192,15 @@ std::vector<Carrying::Candidate> Carrying::Candidates(const FrameEvidence& frame
   return candidates;
 }
 
-std::optional<Carrying::Candidate> Carrying::BestCarrier(const FrameEvidence& frame,
-                                                         const BodyEvidence& evidence,
-                                                         const BodySurface& body,
-                                                         const NearLinks& links, const Pose& X_WB,
-                                                         double believed_odds, bool rests) const {
+std::optional<Carrying::Candidate> Carrying::BestCarrier(
+    const FrameEvidence& frame, const BodyEvidence& evidence, const BodySurface& body,
+    const NearbySurfaces& nearby, const Pose& X_WB, double believed_odds, bool rests) const {
   std::optional<Candidate> best;
   std::optional<Candidate> hidden;  // where the body would not be seen
   for (Candidate& candidate : std::vector(Candidates(frame, body, X_WB))) {
-    const PoseEvidence at = EvidenceAt(frame, body, candidate.X_WB, evidence.expected, links);
+    const PoseEvidence at = EvidenceAt(frame, body, candidate.X_WB, evidence.expected, nearby);
     candidate.log_odds = at.log_odds;
-    if (at.log_odds > kDecisive && at.log_odds > believed_odds + kDecisive) {
+    if (at.IsShown() && at.log_odds > std::max(0.0, believed_odds) + kDecisive) {
       const double least = best ? best->log_odds + kEqualOdds : 0;
       if (at.log_odds > least) best = candidate;
     } else if (at.IsHidden() && at.log_odds > -1 && candidate.since->log_odds > 0) {
@@ -246,12 +263,13 @@ void Carrying::NoteHeld(const FrameEvidence& frame, const BodySurface& body, con
 }
 
 Carrying::Outcome Carrying::Watch(const FrameEvidence& frame, const BodyEvidence& evidence,
-                                  const BodySurface& body, const Pose& X_WB, bool rests) {
+                                  const BodySurface& body, std::span<const NeighbourBody> others,
+                                  const Pose& X_WB, bool rests) {
   while (!moments_.empty() && frame.stamp - moments_.front().stamp > kWindow) moments_.pop_front();
-  const NearLinks links = LinksAbout(frame, body, X_WB);
-  if (links.empty() && moments_.empty()) return {};
-  const PoseEvidence believed = EvidenceAt(frame, body, X_WB, evidence.expected, links);
-  const auto carrier = BestCarrier(frame, evidence, body, links, X_WB, believed.log_odds, rests);
+  if (moments_.empty() && !IsLinkNear(frame, body, X_WB)) return {};
+  const NearbySurfaces nearby = SurfacesAbout(frame, evidence, body, others, X_WB);
+  const PoseEvidence believed = EvidenceAt(frame, body, X_WB, evidence.expected, nearby);
+  const auto carrier = BestCarrier(frame, evidence, body, nearby, X_WB, believed.log_odds, rests);
   if (!carrier) {
     // A moment at which the body is not where it is believed to be says nothing.
     if (believed.log_odds > -1) Remember(frame, body, X_WB, believed.log_odds);
@@ -266,18 +284,18 @@ Carrying::Outcome Carrying::Watch(const FrameEvidence& frame, const BodyEvidence
 }
 
 Carrying::Outcome Carrying::Follow(const FrameEvidence& frame, const BodyEvidence& evidence,
-                                   const BodySurface& body, const Pose& X_WB,
-                                   const std::optional<Pose>& fit) {
+                                   const BodySurface& body, std::span<const NeighbourBody> others,
+                                   const Pose& X_WB, const std::optional<Pose>& fit) {
   while (!moments_.empty() && frame.stamp - moments_.front().stamp > kWindow) moments_.pop_front();
-  const NearLinks links = LinksAbout(frame, body, X_WB);
-  const PoseEvidence carried = EvidenceAt(frame, body, X_WB, evidence.expected, links);
+  const NearbySurfaces nearby = SurfacesAbout(frame, evidence, body, others, X_WB);
+  const PoseEvidence carried = EvidenceAt(frame, body, X_WB, evidence.expected, nearby);
   // It may rest since one of the last moments.
   std::optional<Pose> rest;
   double rest_odds = std::max(0.0, carried.log_odds) + kDecisive;
   for (const Moment& moment : moments_) {
     if (ShiftBound_m(body, moment.X_WB, X_WB) < kSamePose_m) continue;
-    const PoseEvidence at = EvidenceAt(frame, body, moment.X_WB, evidence.expected, links);
-    if (at.log_odds <= rest_odds) continue;
+    const PoseEvidence at = EvidenceAt(frame, body, moment.X_WB, evidence.expected, nearby);
+    if (!at.IsShown() || at.log_odds <= rest_odds) continue;
     rest = moment.X_WB;
     rest_odds = at.log_odds;
   }
@@ -288,7 +306,7 @@ Carrying::Outcome Carrying::Follow(const FrameEvidence& frame, const BodyEvidenc
   Pose X_WB_now = X_WB;
   double odds = carried.log_odds;
   if (fit) {
-    const PoseEvidence at = EvidenceAt(frame, body, *fit, evidence.expected, links);
+    const PoseEvidence at = EvidenceAt(frame, body, *fit, evidence.expected, nearby);
     const bool has_slipped = at.log_odds > carried.log_odds + kDecisive;
     if (has_slipped) carrier_->fits = 0;
     if (has_slipped || at.log_odds > carried.log_odds - kEqualOdds) {

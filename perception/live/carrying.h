@@ -39,10 +39,11 @@ class Carrying {
   // A body that is not carried. `X_WB`: its pose without a link, the one at which it rests or was
   // found in this frame. A moving body has been found at its poses.
   Outcome Watch(const FrameEvidence& frame, const BodyEvidence& evidence, const BodySurface& body,
-                const Pose& X_WB, bool rests);
+                std::span<const NeighbourBody> others, const Pose& X_WB, bool rests);
   // A body that is carried. `X_WB`: where the link has it; `fit`: the pose that its points say.
   Outcome Follow(const FrameEvidence& frame, const BodyEvidence& evidence, const BodySurface& body,
-                 const Pose& X_WB, const std::optional<Pose>& fit);
+                 std::span<const NeighbourBody> others, const Pose& X_WB,
+                 const std::optional<Pose>& fit);
 
   bool is_carried() const { return carrier_.has_value(); }
   // The "robot/link" that carries the body; empty if none does, and as long as a push explains its
@@ -89,7 +90,7 @@ class Carrying {
   std::vector<Candidate> Candidates(const FrameEvidence& frame, const BodySurface& body,
                                     const Pose& X_WB) const;
   std::optional<Candidate> BestCarrier(const FrameEvidence& frame, const BodyEvidence& evidence,
-                                       const BodySurface& body, const NearLinks& links,
+                                       const BodySurface& body, const NearbySurfaces& nearby,
                                        const Pose& X_WB, double believed_odds, bool rests) const;
   void Begin(const FrameEvidence& frame, const BodySurface& body, const Candidate& candidate,
              const Pose& X_WB);

@@ -8,8 +8,6 @@
 namespace cwm::perception {
 namespace {
 
-// tuned: as in the robot's mask: a point so near to a link shows the link.
-constexpr double kSurelyRobot_sigma = 1.5;
 // chosen: as in the test of removal: shares of the visible surface that rays pass through if the
 // body is elsewhere, and if it is there.
 constexpr double kThroughIfElsewhere = 0.9;
@@ -19,38 +17,53 @@ constexpr double kMinVisibleShare = 0.15;
 
 }  // namespace
 
-NearLinks::NearLinks(const FrameEvidence& frame, const Vector3& center_W, double reach_m) {
-  const double range_m = (center_W - frame.X_WC.translation()).norm();
-  const double slack_m =
-      kSurelyRobot_sigma * std::hypot(frame.noise.AxialSigma_m(range_m), frame.noise.WarpSigma_m());
+NearbySurfaces::NearbySurfaces(const FrameEvidence& frame, std::span<const NeighbourBody> others,
+                               BodyId own, const Vector3& center_W, double reach_m)
+    : p_WC_(frame.X_WC.translation()) {
+  const double range_m = (center_W - p_WC_).norm();
+  within_m_ =
+      kGate_sigma * std::hypot(frame.noise.AxialSigma_m(range_m), frame.noise.WarpSigma_m());
+  const double reach_m2 = reach_m * reach_m;
   for (const RobotLinks& robot : frame.robots) {
     for (std::size_t i = 0; i < robot.links.size(); ++i) {
       const LinkSurface& surface = robot.surface->links()[i];
       if (surface.empty()) continue;
       const LinkAtStamp& link = robot.links[i];
       const Pose X_LW = link.X_WL.inverse();
-      if (surface.bounds_L().squaredExteriorDistance(X_LW * center_W) > reach_m * reach_m) continue;
+      if (surface.bounds_L().squaredExteriorDistance(X_LW * center_W) > reach_m2) continue;
       const double speed_m_s = (link.V_WL.linear_W_m_s +
                                 link.V_WL.angular_W_rad_s.cross(center_W - link.X_WL.translation()))
                                    .norm();
-      const double within_m = slack_m + speed_m_s * RobotMargins().clock_s;
+      const double within_m = within_m_ + speed_m_s * RobotMargins().clock_s;
       links_.push_back({&surface, X_LW, static_cast<float>(within_m)});
     }
   }
+  for (const NeighbourBody& other : others) {
+    if (other.id == own) continue;
+    const Vector3 center_B = other.placed.X_LB.inverse() * (center_W - p_WC_);
+    const Aabb& bounds_B = other.placed.surface->bounds_O();
+    if (bounds_B.squaredExteriorDistance(center_B) <= reach_m2) bodies_.push_back(&other.placed);
+  }
 }
 
-bool NearLinks::IsLink(const Vector3& p_W) const {
-  return std::ranges::any_of(links_, [&](const Near& link) {
+bool NearbySurfaces::Explain(const Vector3& p_W) const {
+  for (const Link& link : links_) {
     const Eigen::Vector3f p_L = (link.X_LW * p_W).cast<float>();
-    return link.surface->MayBeWithin(p_L, 0, link.within_m) &&
-           link.surface->IsWithin(p_L, link.within_m);
-  });
+    if (link.surface->MayBeWithin(p_L, 0, link.within_m) &&
+        link.surface->IsWithin(p_L, link.within_m)) {
+      return true;
+    }
+  }
+  return std::ranges::any_of(
+      bodies_, [&](const PlacedSurface* body) { return body->Explains(p_W - p_WC_, within_m_); });
 }
 
-bool PoseEvidence::IsHidden() const { return visible() <= kMinVisibleShare * (visible() + hidden); }
+bool PoseEvidence::IsHidden() const {
+  return visible() <= kMinVisibleShare * (visible() + hidden + on_other);
+}
 
 PoseEvidence EvidenceAt(const FrameEvidence& frame, const BodySurface& body, const Pose& X_WB,
-                        int expected_px, const NearLinks& links) {
+                        int expected_px, const NearbySurfaces& nearby) {
   static const double through = std::log(kThroughIfThere / kThroughIfElsewhere);
   static const double hit = std::log((1 - kThroughIfThere) / (1 - kThroughIfElsewhere));
   const Pose X_CB = frame.X_WC.inverse() * X_WB;
@@ -81,9 +94,12 @@ PoseEvidence EvidenceAt(const FrameEvidence& frame, const BodySurface& body, con
       odds += through;
       continue;
     }
-    const bool is_before = error < -kGate_sigma;
-    if (is_before || links.IsLink(frame.X_WC * Vector3(p_C * (depth_m / p_C.z())))) {
+    if (error < -kGate_sigma) {
       ++evidence.hidden;
+      continue;
+    }
+    if (nearby.Explain(frame.X_WC * Vector3(p_C * (depth_m / p_C.z())))) {
+      ++evidence.on_other;
       continue;
     }
     ++evidence.hit;

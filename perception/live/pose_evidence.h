@@ -1,5 +1,4 @@
-// The evidence of one frame that a body is at a pose, beside robots whose own surfaces count as
-// nothing.
+// The evidence of one frame that a body is at a pose, beside robots and other bodies.
 #pragma once
 
 #include <span>
@@ -10,23 +9,32 @@
 
 namespace cwm::perception {
 
-// The links of robots that come near a body.
-class NearLinks {
- public:
-  // Those of which a part is within `reach_m` of a ball about the body, whatever its pose.
-  NearLinks(const FrameEvidence& frame, const Vector3& center_W, double reach_m);
+// Another body at its place.
+struct NeighbourBody {
+  BodyId id = kNoBody;
+  PlacedSurface placed = {};
+};
 
-  // True if the point is where a link's surface is, up to noise and the error of its stamp.
-  bool IsLink(const Vector3& p_W) const;
-  bool empty() const { return links_.empty(); }
+// The surfaces about a body that are not its own: of the links of robots, and of other bodies.
+class NearbySurfaces {
+ public:
+  // Those of which a part is within `reach_m` of a place.
+  NearbySurfaces(const FrameEvidence& frame, std::span<const NeighbourBody> others, BodyId own,
+                 const Vector3& center_W, double reach_m);
+
+  // True if the point is where one of them is, up to noise and the error of the link's stamp.
+  bool Explain(const Vector3& p_W) const;
 
  private:
-  struct Near {
+  struct Link {
     const LinkSurface* surface = nullptr;
     Pose X_LW = Pose::Identity();
     float within_m = 0;
   };
-  std::vector<Near> links_;
+  std::vector<Link> links_;
+  std::vector<const PlacedSurface*> bodies_;
+  Vector3 p_WC_ = Vector3::Zero();
+  double within_m_ = 0;  // of bodies
 };
 
 struct PoseEvidence {
@@ -35,14 +43,17 @@ struct PoseEvidence {
   double log_odds = 0;
   int hit = 0;
   int through = 0;
-  int hidden = 0;  // by what is in front of the body, robots included
+  int hidden = 0;    // by what is in front of the body
+  int on_other = 0;  // hit, but another surface is there
 
   int visible() const { return hit + through; }
+  // True if most of what is seen at the body's place can only be the body.
+  bool IsShown() const { return hit > on_other; }
   bool IsHidden() const;
 };
 
 // `expected_px`: the pixels in which the body is seen if nothing is in front of it.
 PoseEvidence EvidenceAt(const FrameEvidence& frame, const BodySurface& body, const Pose& X_WB,
-                        int expected_px, const NearLinks& links);
+                        int expected_px, const NearbySurfaces& nearby);
 
 }  // namespace cwm::perception

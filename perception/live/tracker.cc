@@ -50,7 +50,7 @@ struct TrackerState {
 
   TrackedBody::Outcome Follow(const FrameEvidence& frame, const BodyEvidence& evidence,
                               const KnownBody& body, std::span<const PlacedSurface> supports,
-                              bool is_touched);
+                              std::span<const NeighbourBody> others, bool is_touched);
   bool IsCarried(BodyId id) const {
     const auto found = carried.find(id);
     return found != carried.end() && found->second.carrying.is_carried();
@@ -124,6 +124,18 @@ std::vector<PlacedSurface> Supports(const FrameEvidence& frame, std::span<const 
   return supports;
 }
 
+// All bodies that were tracked before, for what robots may carry among them.
+std::vector<NeighbourBody> Neighbours(const FrameEvidence& frame, std::span<const KnownBody> bodies,
+                                      const std::map<BodyId, TrackedBody>& tracked) {
+  std::vector<NeighbourBody> neighbours;
+  for (const KnownBody& body : bodies) {
+    const auto found = tracked.find(body.id);
+    if (found == tracked.end() || found->second.surface() == nullptr) continue;
+    neighbours.push_back({body.id, Placed(frame, found->second.surface(), body.X_WB)});
+  }
+  return neighbours;
+}
+
 // True if a hot region at the body has points that are too far from it to be its own.
 bool IsTouched(const FrameEvidence& frame, const BodyEvidence& evidence, const KnownBody& body,
                const std::shared_ptr<const BodySurface>& surface) {
@@ -184,7 +196,7 @@ TrackChange MoversChange(std::vector<MoverPiece> pieces) {
 TrackedBody::Outcome TrackerState::Follow(const FrameEvidence& frame, const BodyEvidence& evidence,
                                           const KnownBody& body,
                                           std::span<const PlacedSurface> supports,
-                                          bool is_touched) {
+                                          std::span<const NeighbourBody> others, bool is_touched) {
   using Verdict = Carrying::Verdict;
   TrackedBody& tracked = bodies[body.id];
   if (!IsCarried(body.id)) {
@@ -194,7 +206,7 @@ TrackedBody::Outcome TrackerState::Follow(const FrameEvidence& frame, const Body
     Carried& watched = carried[body.id];
     const Pose X_WB = outcome.X_WB.value_or(body.X_WB);
     const Carrying::Outcome begins =
-        watched.carrying.Watch(frame, evidence, *tracked.surface(), X_WB, tracked.rests());
+        watched.carrying.Watch(frame, evidence, *tracked.surface(), others, X_WB, tracked.rests());
     if (begins.verdict != Verdict::kBegins) return outcome;
     watched.published_W.assign({body.X_WB});
     Published(body.id, watched, begins.X_WB);
@@ -207,7 +219,7 @@ TrackedBody::Outcome TrackerState::Follow(const FrameEvidence& frame, const Body
     return {};
   }
   const Carrying::Outcome judged =
-      held.carrying.Follow(frame, evidence, *tracked.surface(), body.X_WB,
+      held.carrying.Follow(frame, evidence, *tracked.surface(), others, body.X_WB,
                            tracked.FitCarried(frame, evidence, body, supports));
   const std::optional<TrackChange> change = Published(body.id, held, judged.X_WB);
   tracked.Carry(frame, &evidence, held.carrying.carried_by(), change.has_value());
@@ -259,6 +271,9 @@ StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> 
   }
 
   const std::vector<PlacedSurface> supports = Supports(frame, bodies, state_->bodies);
+  const std::vector<NeighbourBody> others = frame.robots.empty()
+                                                ? std::vector<NeighbourBody>()
+                                                : Neighbours(frame, bodies, state_->bodies);
   std::vector<PlacedSurface> moved;
   std::set<BodyId> expected;
   for (const BodyEvidence& evidence : frame.bodies) {
@@ -269,7 +284,7 @@ StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> 
     const TrackedFacts before = tracked.facts();
     const bool is_touched = IsTouched(frame, evidence, *body, tracked.surface());
     const TrackedBody::Outcome outcome =
-        state_->Follow(frame, evidence, *body, supports, is_touched);
+        state_->Follow(frame, evidence, *body, supports, others, is_touched);
     if (outcome.X_WB) {
       result.changes.push_back(
           {.kind = TrackChange::Kind::kMove, .body = body->id, .X_WB = *outcome.X_WB});
