@@ -153,8 +153,18 @@ absl::StatusOr<std::unique_ptr<SensorStream>> LiveWorld::Open(const SensorCalibr
       sessions_.emplace(calibration.sensor, session);
     }
   }
+  PrepareRobots();
   const std::uint64_t number = session->Begin(calibration, std::move(end));
   return std::make_unique<SensorStream>(shared_from_this(), std::move(session), number);
+}
+
+bool LiveWorld::PrepareRobots() {
+  bool are_prepared = true;
+  const SnapshotPtr snapshot = world_->Tip();
+  for (const collision::WorldRobotPtr& robot : snapshot->robots()) {
+    are_prepared &= shapes_.Of(robot->robot) != nullptr;
+  }
+  return are_prepared;
 }
 
 // Under the lock of the sensors. Sensors that are gone make room, the longest silent one first.
@@ -225,15 +235,24 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
                                                                calibration.noise);
     comparison.camera = frame.camera;
   }
-  const std::vector<perception::KnownBody> bodies = BodiesAt(*table, robots);
+  std::vector<perception::KnownBody> bodies = BodiesAt(*table, robots);
+  std::vector<perception::RobotLinks> links = LinksInView(robots, shapes_);
+  if (!links.empty()) {
+    const std::lock_guard sequence(sequencer_);
+    tracker_.PlaceCarried(links, bodies);
+  }
   comparison.view->Expect(bodies, place->X_WC);
   stages.End("expected");
   RobotsSeen seen = FindRobots(comparison, calibration, frame, *place, *table, bodies, robots);
   stages.End("robot");
   comparison.newest = frame.stamp;
   comparison.X_WC = place->X_WC;
-  const FrameEvidence evidence = comparison.view->Observe(
+  FrameEvidence evidence = comparison.view->Observe(
       {.stamp = frame.stamp, .X_WC = place->X_WC, .image = frame.image}, bodies, seen.mask);
+  std::erase_if(links, [&](const perception::RobotLinks& robot) {
+    return std::ranges::find(seen.at_fault, robot.robot) != seen.at_fault.end();
+  });
+  evidence.robots = std::move(links);
   NoteSightings(evidence, *table, comparison);
   stages.End("compare");
   FrameOutcome outcome{.reason = std::move(seen.reason), .message = std::move(seen.message)};
@@ -244,7 +263,9 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
   {
     const std::lock_guard sequence(sequencer_);
     number = ++last_frame_;
-    const std::vector<perception::TrackChange> changes = Track(evidence, table, bodies, session);
+    // Before the robots are prepared, nobody knows what of the frame is theirs.
+    std::vector<perception::TrackChange> changes;
+    if (seen.is_prepared) changes = Track(evidence, table, bodies, session);
     stages.End("track");
     auto written =
         Publish(changes, evidence.sensor, table, world_->robot_states().TakeForFrame(Clock::now()));
@@ -290,15 +311,19 @@ std::vector<perception::TrackChange> LiveWorld::Track(const Evidence& evidence,
                                                       const Session& session) {
   session->set_tracked(true);
   perception::StepResult step = tracker_.Step(evidence, bodies);
+  for (const perception::BodyId id : step.found_again) {
+    const collision::WorldObjectPtr object = table->Find(id);
+    if (object != nullptr) NoteSeenAgain(*object, *table);
+  }
   PublishFacts(step, *table);
   for (perception::RegionRequest& request : step.requests) {
     RegionJob job{.sensor = evidence.sensor,
                   .request = std::move(request),
                   .frame = evidence,
                   .bodies = table,
+                  .gone = gone_.objects(),
                   .max_threads = services_.max_threads,
                   .threads_now = services_.threads_now};
-    for (const Gone& each : gone_) job.gone.push_back(each.object);
     regions_.push_back({session, std::make_shared<const RegionJob>(std::move(job))});
     ++regions_asked_;
   }
@@ -320,10 +345,8 @@ absl::StatusOr<LiveWritten> LiveWorld::Publish(const std::vector<perception::Tra
                         movers_);
   if (!written.ok()) return written.status();
   const Clock::time_point now = Clock::now();
-  std::erase_if(gone_, [&](const Gone& each) { return now - each.when > kKeepTime; });
-  for (collision::WorldObjectPtr& object : written->removed) {
-    gone_.push_back({std::move(object), now});
-  }
+  gone_.ForgetAfter(kKeepTime, now);
+  for (const collision::WorldObjectPtr& object : written->removed) gone_.Add(object, now);
   return written;
 }
 
@@ -332,9 +355,25 @@ void LiveWorld::PublishFacts(const perception::StepResult& step, const BodyTable
     const collision::WorldObjectPtr object = bodies.Find(id);
     if (object == nullptr) continue;
     has_facts_ = true;
-    world_->observations().SetFacts(object->name, FactsFrom(tracker_.FactsOf(id)),
-                                    *bodies.snapshot);
+    SensorFacts facts = FactsFrom(tracker_.FactsOf(id));
+    facts.identity_certain &= gone_.IsCertain(object->name);
+    world_->observations().SetFacts(object->name, facts, *bodies.snapshot);
   }
+}
+
+void LiveWorld::NoteSeenAgain(const collision::WorldObject& object, const BodyTable& bodies) {
+  std::vector<collision::WorldObjectPtr> lost;
+  for (std::size_t i = 0; i < bodies.bodies.size(); ++i) {
+    const perception::TrackedFacts facts = tracker_.FactsOf(bodies.bodies[i].id);
+    if (facts.visibility == perception::Visibility::kLost) lost.push_back(bodies.objects[i]);
+  }
+  perception::StepResult uncertain;
+  const std::vector<std::string> names = gone_.SeenAgain(object, lost);
+  for (std::size_t i = 0; i < bodies.bodies.size(); ++i) {
+    const bool is_named = std::ranges::find(names, bodies.objects[i]->name) != names.end();
+    if (is_named) uncertain.facts_changed.push_back(bodies.bodies[i].id);
+  }
+  PublishFacts(uncertain, bodies);
 }
 
 // Seeing an object makes no revision, nor is it journaled.
@@ -383,12 +422,13 @@ void LiveWorld::InterpretRegion(const Session& session, const RegionJob& job) {
       tracker_.Finish(job.sensor, job.request.number, outcome.ok());
   if (!outcome.ok()) return;
   comparison.interpreted.Append(outcome->changes);
-  for (const std::string& name : outcome->returned) {
-    std::erase_if(gone_, [&](const Gone& each) { return each.object->name == name; });
+  for (const collision::WorldObjectPtr& object : outcome->returned) {
+    NoteSeenAgain(*object, *job.bodies);
   }
   // Another camera has another view.
   if (comparison.view == nullptr || comparison.camera != job.frame.camera) return;
   comparison.view->Remember(job.frame, job.request.blocks);
+  if (job.request.is_whole_view) comparison.view->ForgetHidden(job.frame);
   if (!same.empty()) comparison.view->Accept(same);
 }
 

@@ -18,6 +18,7 @@
 #include "perception/live/tracker.h"
 #include "server/core/ingest.h"
 #include "server/core/live/body_table.h"
+#include "server/core/live/gone_objects.h"
 #include "server/core/live/live_commit.h"
 #include "server/core/live/live_frame.h"
 #include "server/core/live/region_ingest.h"
@@ -87,6 +88,10 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
   absl::StatusOr<std::unique_ptr<SensorStream>> Open(const SensorCalibration& calibration,
                                                      EndStream end);
 
+  // Begins to prepare the robots of the world for frames, on threads of their own. True if all are
+  // prepared: frames change nothing before. A stream that is opened does this.
+  bool PrepareRobots();
+
   std::vector<SensorStatus> Sensors() const;  // by name
   bool Has(const std::string& sensor) const;
   // NotFound SENSOR_UNKNOWN; FailedPrecondition SENSOR_ON_ROBOT for a mounted one.
@@ -121,6 +126,8 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
                                       const std::shared_ptr<const BodyTable>& table,
                                       std::vector<collision::SetRobotState> robot_states);
   void PublishFacts(const perception::StepResult& step, const BodyTable& bodies);
+  // An object is seen that was gone or lost: it may be another one of its shape.
+  void NoteSeenAgain(const collision::WorldObject& object, const BodyTable& bodies);
   void NoteSightings(const Evidence& evidence, const BodyTable& bodies, SensorComparison& at);
   void StartRegions();
   void InterpretRegion(const Session& session, const RegionJob& job);
@@ -153,11 +160,7 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
   std::deque<Waiting> regions_;
   int regions_asked_ = 0;  // waiting and running
   bool region_runs_ = false;
-  struct Gone {
-    collision::WorldObjectPtr object;
-    Clock::time_point when;
-  };
-  std::vector<Gone> gone_;  // that frames removed lately, oldest first
+  GoneObjects gone_;
 };
 
 }  // namespace cwm::server

@@ -182,7 +182,7 @@ class RegionRun {
     for (std::size_t k = scope.present; k < scope.known.size(); ++k) {
       const std::string& name = scope.known[k]->name;
       if (Contains(plan_.moved, name) || Contains(plan_.replaced, name)) {
-        outcome.returned.push_back(name);
+        outcome.returned.push_back(scope.known[k]);
       }
     }
     return outcome;

@@ -31,7 +31,8 @@ struct RegionJob {
 struct RegionOutcome {
   collision::Revision revision = {};  // of the world afterwards
   FrameChanges changes = {};
-  std::vector<std::string> returned = {};  // names of `gone` that came back; in changes.added
+  // Those of `gone` that came back, as they were; in changes.added.
+  std::vector<collision::WorldObjectPtr> returned = {};
 };
 
 // Publishes at most one revision. Only the bodies of the request may move, change or vanish;

@@ -30,7 +30,7 @@ double TravelOf_m(const collision::RobotModel& model, const ModelLink& link) {
   return turns ? 0 : std::numeric_limits<double>::infinity();
 }
 
-RobotShape MakeShape(const collision::RobotGeometry& robot) {
+std::shared_ptr<const RobotShape> MakeShape(const collision::RobotGeometry& robot) {
   std::vector<perception::LinkGeometry> geometries;
   for (std::size_t i = 0; i < robot.geometry->parts.size(); ++i) {
     const collision::PreparedPart& part = robot.geometry->parts[i];
@@ -39,17 +39,23 @@ RobotShape MakeShape(const collision::RobotGeometry& robot) {
   const collision::RobotModel& model = *robot.model;
   RobotShape shape{.surface = std::make_shared<const perception::RobotSurface>(
                        geometries, static_cast<int>(model.links.size())),
+                   .tree = {},
                    .reach_B = {}};
+  perception::LinkTree tree;
   std::vector<perception::ReachJoint> joints;
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     const ModelLink& link = model.links[i];
-    joints.push_back({.parent = i == 0 ? -1 : link.parent,
+    const int parent = i == 0 ? -1 : link.parent;
+    tree.names.push_back(link.name);
+    tree.parents.push_back(parent);
+    joints.push_back({.parent = parent,
                       .X_PL = link.X_PJ,
                       .moves = link.kind != JointKind::kFixed,
                       .travel_m = TravelOf_m(model, link)});
   }
+  shape.tree = std::make_shared<const perception::LinkTree>(std::move(tree));
   shape.reach_B = perception::ReachOf(*shape.surface, joints);
-  return shape;
+  return std::make_shared<const RobotShape>(std::move(shape));
 }
 
 // The robot as the world has it, at rest.
@@ -95,6 +101,12 @@ std::string MissingText(const RobotAtFrame& at) {
                       "reach is added");
 }
 
+std::string PreparedText(const RobotAtFrame& at) {
+  return absl::StrCat("the robot \"", at.robot->name,
+                      "\" is new, and its shapes are being prepared for this sensor's frames, "
+                      "which takes up to a second: until then nothing changes");
+}
+
 std::string WrongText(const RobotAtFrame& at, const perception::RobotSighting& sighting) {
   const ModelLink& link = at.robot->model().links[static_cast<std::size_t>(sighting.through_link)];
   return absl::StrCat("rays pass through ", at.robot->name, "/", link.name, " in ",
@@ -106,14 +118,36 @@ std::string WrongText(const RobotAtFrame& at, const perception::RobotSighting& s
 
 }  // namespace
 
-RobotShape RobotShapes::Of(const std::shared_ptr<const collision::RobotGeometry>& robot) {
+std::shared_ptr<const RobotShape> RobotShapes::Of(
+    const std::shared_ptr<const collision::RobotGeometry>& robot) {
   const std::lock_guard lock(mutex_);
-  std::erase_if(entries_, [](const Entry& entry) { return entry.robot.expired(); });
+  const auto is_made = [](const Entry& entry) {
+    return entry.shape.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  };
+  // The end of a thread that still runs would be waited for.
+  std::erase_if(entries_,
+                [&](const Entry& entry) { return entry.robot.expired() && is_made(entry); });
   for (const Entry& entry : entries_) {
-    if (entry.robot.lock() == robot) return entry.shape;
+    if (entry.robot.lock() == robot) return is_made(entry) ? entry.shape.get() : nullptr;
   }
-  entries_.push_back({robot, MakeShape(*robot)});
-  return entries_.back().shape;
+  entries_.push_back(
+      {robot, std::async(std::launch::async, [robot] { return MakeShape(*robot); })});
+  return nullptr;
+}
+
+std::vector<perception::RobotLinks> LinksInView(std::span<const RobotAtFrame> robots,
+                                                RobotShapes& shapes) {
+  std::vector<perception::RobotLinks> all;
+  for (const RobotAtFrame& at : robots) {
+    if (at.state.source == StateSource::kMissing) continue;
+    const auto shape = shapes.Of(at.robot->robot);
+    if (shape == nullptr) continue;
+    all.push_back({.robot = at.robot->name,
+                   .tree = shape->tree,
+                   .surface = shape->surface,
+                   .links = at.links});
+  }
+  return all;
 }
 
 std::vector<RobotAtFrame> RobotsAt(const collision::WorldSnapshot& snapshot,
@@ -142,10 +176,11 @@ std::vector<KnownBody> BodiesAt(const BodyTable& table, std::span<const RobotAtF
 
 RobotsInView::View& RobotsInView::ViewOf(const WorldRobot& robot, RobotShapes& shapes) {
   View& view = views_[robot.name];
-  if (view.robot != robot.robot) {
+  if (view.robot != robot.robot || view.shape == nullptr) {
     view.robot = robot.robot;
     view.shape = shapes.Of(robot.robot);
-    view.view = std::make_unique<perception::RobotView>(view.shape.surface);
+    view.view = std::make_unique<perception::RobotView>(
+        view.shape == nullptr ? nullptr : view.shape->surface);
   }
   return view;
 }
@@ -168,22 +203,30 @@ RobotsSeen RobotsInView::Mask(const perception::RobotFrame& frame,
       const std::optional<int> link = at.robot->model().FindLink(held->link);
       if (link.has_value()) carried.push_back({.body = &bodies[i], .link = *link});
     }
-    perception::ReachSphere reach_W = view.shape.reach_B;
+    // Nobody knows where a robot may be whose shapes are still being made.
+    const bool is_prepared = view.shape != nullptr;
+    const StateSource source = is_prepared ? at.state.source : StateSource::kMissing;
+    perception::ReachSphere reach_W;
+    if (is_prepared) reach_W = view.shape->reach_B;
     reach_W.center = at.robot->X_WB * reach_W.center;
     const double late_s = std::chrono::duration<double>(at.state.late).count();
     perception::RobotMargins margins;
     margins.exposure_s = std::chrono::duration<double>(exposure).count();
     const perception::RobotSighting sighting = view.view->Mask(
-        frame, {.source = at.state.source, .late_s = late_s, .links = at.links, .reach_W = reach_W},
-        carried, margins);
+        frame, {.source = source, .late_s = late_s, .links = at.links, .reach_W = reach_W}, carried,
+        margins);
     perception::MergeMask(sighting.mask, *frame.camera, seen.mask);
     if (at.is_told) {
       seen.state_age_ms = std::max(seen.state_age_ms.value_or(0), 1e3 * late_s);
     }
+    if (!is_prepared) seen.is_prepared = false;
+    if (sighting.fault != perception::RobotStateFault::kNone) {
+      seen.at_fault.push_back(at.robot->name);
+    }
     if (!seen.reason.empty()) continue;  // the first robot's fault is told
     if (sighting.fault == perception::RobotStateFault::kMissing) {
       seen.reason = at.state.reason.empty() ? "ROBOT_STATE_MISSING" : at.state.reason;
-      seen.message = MissingText(at);
+      seen.message = is_prepared ? MissingText(at) : PreparedText(at);
     } else if (sighting.fault == perception::RobotStateFault::kWrong) {
       seen.reason = "ROBOT_STATE_WRONG";
       seen.message = WrongText(at, sighting);

@@ -1,6 +1,7 @@
 // The robots of a world at the stamp of a frame, and the pixels that show them.
 #pragma once
 
+#include <future>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -18,19 +19,22 @@ namespace cwm::server {
 // The shapes that images of a robot need, made once for its geometry.
 struct RobotShape {
   std::shared_ptr<const perception::RobotSurface> surface;
+  std::shared_ptr<const perception::LinkTree> tree;
   perception::ReachSphere reach_B;  // in the root link's frame
 };
 
-// Thread safe. Forgets robots that are gone.
+// Thread safe. Forgets robots that are gone. The shapes of a robot that is new take up to a second:
+// they are made on a thread of their own, so that no frame waits for them.
 class RobotShapes {
  public:
-  // Takes up to a second when a robot is new.
-  RobotShape Of(const std::shared_ptr<const collision::RobotGeometry>& robot);
+  // Null while they are being made.
+  std::shared_ptr<const RobotShape> Of(
+      const std::shared_ptr<const collision::RobotGeometry>& robot);
 
  private:
   struct Entry {
     std::weak_ptr<const collision::RobotGeometry> robot;
-    RobotShape shape;
+    std::shared_future<std::shared_ptr<const RobotShape>> shape;
   };
   std::mutex mutex_;
   std::vector<Entry> entries_;
@@ -54,8 +58,14 @@ std::vector<RobotAtFrame> RobotsAt(const collision::WorldSnapshot& snapshot,
 std::vector<perception::KnownBody> BodiesAt(const BodyTable& table,
                                             std::span<const RobotAtFrame> robots);
 
+// The links of the robots whose states are known and whose shapes are made.
+std::vector<perception::RobotLinks> LinksInView(std::span<const RobotAtFrame> robots,
+                                                RobotShapes& shapes);
+
 struct RobotsSeen {
   perception::RobotMask mask = {};
+  std::vector<std::string> at_fault = {};  // robots whose links are not where they are said to be
+  bool is_prepared = true;                 // false: shapes of robots are still being made
   // The greatest time by which the stamp is later than a robot's newest state; 0 if all states are
   // interpolated. Empty: no states are told.
   std::optional<double> state_age_ms = {};
@@ -76,7 +86,7 @@ class RobotsInView {
  private:
   struct View {
     std::shared_ptr<const collision::RobotGeometry> robot;
-    RobotShape shape;
+    std::shared_ptr<const RobotShape> shape;  // null while it is being made
     std::unique_ptr<perception::RobotView> view;
   };
   View& ViewOf(const collision::WorldRobot& robot, RobotShapes& shapes);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <thread>
 
 #include "server/core/live/live_world.h"
 #include "tests/collision/world/test_arm.h"
@@ -78,6 +79,7 @@ class LiveRobotTest : public ::testing::Test {
     auto opened = live_->Open(calibration, {});
     ASSERT_TRUE(opened.ok()) << opened.status();
     stream_ = *std::move(opened);
+    while (!live_->PrepareRobots()) std::this_thread::sleep_for(milliseconds(1));
   }
   void OpenFixed() {
     SensorCalibration calibration{.sensor = "head"};
