@@ -12,10 +12,12 @@
 #include "server/core/ingest_plan.h"
 #include "server/core/scan_plausibility.h"
 #include "server/core/stale_changes.h"
+#include "server/core/unchanged_view.h"
 
 namespace cwm::server {
 namespace {
 
+using collision::Change;
 using collision::WorldObjectPtr;
 using perception::SceneInterpretation;
 
@@ -70,6 +72,21 @@ perception::Work WorkOf(const perception::InterpretOptions& options, std::stop_t
           .stop = std::move(stop),
           .on_chunk = options.on_chunk};
 }
+
+// Adds the time until it is stopped to a stage.
+class StageClock {
+ public:
+  explicit StageClock(double& sum_ms) : sum_ms_(sum_ms) {}
+  void Stop() {
+    const std::chrono::duration<double, std::milli> elapsed =
+        std::chrono::steady_clock::now() - start_;
+    sum_ms_ += elapsed.count();
+  }
+
+ private:
+  double& sum_ms_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
 
 enum class PoseOrigin { kTold, kThisScan };  // given or kept, or estimated from this scan
 
@@ -136,7 +153,9 @@ class IngestRun {
       if (refusal_ == Refusal::kStale) continue;
       if (!written.ok()) return written.status();
       if (written->replayed) return Replayed(*written);
-      return Outcome(*written);
+      IngestOutcome outcome = Outcome(*written);
+      KeepView(written->snapshot, outcome);
+      return outcome;
     }
   }
 
@@ -156,21 +175,6 @@ class IngestRun {
   enum class IfStale { kRefuse, kLeaveOut };
   enum class Refusal { kNone, kStale, kOtherPose };
 
-  // Adds the time until it is stopped to a stage.
-  class StageClock {
-   public:
-    explicit StageClock(double& sum_ms) : sum_ms_(sum_ms) {}
-    void Stop() {
-      const std::chrono::duration<double, std::milli> elapsed =
-          std::chrono::steady_clock::now() - start_;
-      sum_ms_ += elapsed.count();
-    }
-
-   private:
-    double& sum_ms_;
-    const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  };
-
   void Match(SnapshotPtr snapshot) {
     StageClock matching(association_ms_);
     match_ = MatchScene(std::move(snapshot), scene_, request_.cloud, request_.options.noise);
@@ -186,6 +190,7 @@ class IngestRun {
       return absl::AbortedError("the sensor got another pose");
     }
     if (const absl::Status plausible = CheckScan(); !plausible.ok()) return plausible;
+    changed_ = latest;
     absl::StatusOr<IngestPlan> plan =
         PlanIngest(match_, detections_, request_.mode, geometry_,
                    [&](const std::string& stem) { return world_.ReserveName(stem); });
@@ -266,8 +271,7 @@ class IngestRun {
         if (sighting.name == plan_.names[i]) sighting.reachable = scene_.supports[i].reachable;
       }
     }
-    const bool stamped = request_.frame_stamp != std::chrono::system_clock::time_point();
-    facts.seen_at = stamped ? request_.frame_stamp : std::chrono::system_clock::now();
+    facts.seen_at = request_.taken_at();
     facts.sensor_pose = SensorPoseToKeep();
     return facts;
   }
@@ -316,6 +320,26 @@ class IngestRun {
     return outcome;
   }
 
+  // Keeps the view, so that the next scan need not be interpreted if it shows the same.
+  void KeepView(const SnapshotPtr& after, IngestOutcome& outcome) {
+    const bool is_guess = origin_ == PoseOrigin::kThisScan && scene_.pose_is_guess;
+    if (is_guess || !left_out_.empty()) return;
+    double keep_ms = 0;
+    StageClock keeping(keep_ms);
+    KeptViewPtr view =
+        MakeKeptView(request_, PoseOfScan(), outcome, scene_.report,
+                     {.matched = match_.snapshot, .changed = changed_, .after = after});
+    if (view != nullptr) world_.views().Keep(std::move(view));
+    keeping.Stop();
+    outcome.report.stages.push_back({"keep", keep_ms});
+  }
+
+  // The pose that the next scan of this sensor is interpreted with, if it tells none or the same.
+  SensorPose PoseOfScan() const {
+    if (origin_ == PoseOrigin::kThisScan) return {X_WC(), false};
+    return *PoseFor(request_, kept_pose_);
+  }
+
   World& world_;
   const IngestRequest& request_;
   const SceneInterpretation scene_;
@@ -325,6 +349,7 @@ class IngestRun {
   const Detections detections_;
   DetectionGeometry geometry_;
   SceneMatch match_;
+  SnapshotPtr changed_;  // that the changes were applied to
   IngestPlan plan_;
   std::string left_out_;  // a warning; empty: nothing was
   double association_ms_ = 0, geometry_ms_ = 0, publish_ms_ = 0;
@@ -346,6 +371,59 @@ absl::StatusOr<SceneInterpretation> InterpretWith(const std::optional<SensorPose
   return scene;
 }
 
+// The reply to a scan that shows its sensor's last view unchanged; empty if it does not, or if it
+// may not. Adds the time that telling took to `compare_ms`.
+absl::StatusOr<std::optional<IngestOutcome>> IngestUnchanged(World& world,
+                                                             const IngestRequest& request,
+                                                             const std::optional<SensorPose>& kept,
+                                                             double& compare_ms) {
+  if (request.force || request.mode == IngestMode::kSegmentOnly) return std::nullopt;
+  const KeptViewPtr view = world.views().Find(request.sensor);
+  const std::optional<SensorPose> pose = PoseFor(request, kept);
+  if (view == nullptr || !pose.has_value()) return std::nullopt;
+  StageClock comparing(compare_ms);
+  std::optional<IngestOutcome> outcome = MatchUnchanged(*view, request, *pose, *world.Tip());
+  comparing.Stop();
+  if (!outcome.has_value()) return std::nullopt;
+  outcome->report.stages.push_back({"compare", compare_ms});
+  double publish_ms = 0;
+  StageClock publishing(publish_ms);
+  bool has_changed = false;
+  const auto check = [&](const SnapshotPtr& latest) -> absl::StatusOr<std::vector<Change>> {
+    const bool is_told = request.options.X_WC.has_value();
+    has_changed = !HoldsAsSeen(*latest, *view) ||
+                  (!is_told && !SamePose(world.SensorPoseOf(request.sensor), kept));
+    if (has_changed) return absl::AbortedError("the view changed meanwhile");
+    return std::vector<Change>();
+  };
+  const absl::StatusOr<WriteOutcome> written = world.Update(
+      check, request.write,
+      {.facts = [&](const collision::WorldSnapshot&) { return SightingsOf(*view, request); },
+       .reply =
+           [&](const WriteOutcome& done) {
+             outcome->revision = done.revision;
+             return std::make_shared<const IngestOutcome>(*outcome);
+           },
+       .durability = Durability::kObserved});
+  if (has_changed) return std::nullopt;
+  if (!written.ok()) return written.status();
+  if (written->replayed) return IngestRun::Replayed(*written);
+  publishing.Stop();
+  outcome->revision = written->revision;
+  outcome->report.stages.push_back({"publish", publish_ms});
+  return outcome;
+}
+
+absl::Status PoseIsGuess(const std::string& sensor) {
+  return MakeError(
+      absl::StatusCode::kFailedPrecondition,
+      absl::StrCat("x_world_sensor: is absent, and this scan of \"", sensor,
+                   "\" does not confirm a pose: it shows no support with objects that tells where "
+                   "up is. Give the pose of the sensor, give up with a scan of it, or let it see a "
+                   "table with objects"),
+      {.reason = "SENSOR_POSE_UNKNOWN", .metadata = {{"sensor", sensor}}});
+}
+
 absl::Status CheckSensorName(const std::string& sensor) {
   if (sensor.size() <= kMaxSensorNameBytes) return absl::OkStatus();
   return InvalidField(
@@ -363,11 +441,23 @@ absl::StatusOr<IngestOutcome> Ingest(World& world, const IngestRequest& request,
   absl::StatusOr<std::optional<WriteOutcome>> decided = world.Precheck(write);
   if (!decided.ok()) return decided.status();
   if (decided->has_value()) return IngestRun::Replayed(**decided);
+  double compare_ms = 0;  // with the sensor's last view
   for (int attempt = 1; attempt <= kInterpretTries; ++attempt) {
     const std::optional<SensorPose> kept = world.SensorPoseOf(request.sensor);
+    absl::StatusOr<std::optional<IngestOutcome>> unchanged =
+        IngestUnchanged(world, request, kept, compare_ms);
+    if (!unchanged.ok()) return unchanged.status();
+    if (unchanged->has_value()) return **std::move(unchanged);
     const std::optional<SensorPose> pose = PoseFor(request, kept);
     absl::StatusOr<SceneInterpretation> scene = InterpretWith(pose, request, interpret, stop);
     if (!scene.ok()) return scene.status();
+    if (request.needs_confirmed_pose && !pose.has_value() && scene->pose_is_guess) {
+      return PoseIsGuess(request.sensor);
+    }
+    if (compare_ms > 0) {
+      std::vector<perception::StageTime>& stages = scene->report.stages;
+      stages.insert(stages.begin(), {"compare", std::exchange(compare_ms, 0)});
+    }
     IngestRun run(world, request, *std::move(scene), kept,
                   pose.has_value() ? PoseOrigin::kTold : PoseOrigin::kThisScan, stop);
     if (request.mode == IngestMode::kSegmentOnly) return run.SegmentOnly();

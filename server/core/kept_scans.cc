@@ -58,10 +58,9 @@ std::vector<std::string> NamesOf(const std::vector<collision::WorldObjectPtr>& o
 
 absl::StatusOr<KeptScan> MakeKeptScan(const IngestRequest& request, const IngestOutcome& outcome,
                                       const Limits& limits, GeometryStore& store) {
-  const bool stamped = request.frame_stamp != std::chrono::system_clock::time_point();
   KeptScan scan{.sensor = request.sensor,
                 .revision = outcome.revision,
-                .frame_stamp = stamped ? request.frame_stamp : std::chrono::system_clock::now(),
+                .frame_stamp = request.taken_at(),
                 .X_WC = outcome.X_WC,
                 .point_count = CountReturns(request.cloud.points),
                 .supports = NamesOf(outcome.supports),
@@ -90,6 +89,18 @@ void KeptScans::Keep(KeptScan scan, std::int64_t max_sensors) {
       });
   replaced = std::move(oldest->second);
   by_sensor_.erase(oldest);
+}
+
+bool KeptScans::Renew(const std::string& sensor, collision::Revision revision,
+                      std::chrono::system_clock::time_point stamp) {
+  const std::lock_guard lock(mutex_);
+  const auto found = by_sensor_.find(sensor);
+  if (found == by_sensor_.end()) return false;
+  KeptScan& scan = found->second;
+  if (scan.revision.value > revision.value) return true;
+  scan.revision = revision;
+  scan.frame_stamp = stamp;
+  return true;
 }
 
 std::vector<KeptScan> KeptScans::List() const {

@@ -45,6 +45,10 @@ class KeptScans {
   // Replaces an older scan of the sensor, but not a newer one. If there are more than `max_sensors`
   // sensors, the scan with the oldest revision is forgotten.
   void Keep(KeptScan scan, std::int64_t max_sensors);
+  // The sensor's scan was taken again at `stamp`, and shows the same but for noise: the kept points
+  // stand for it. False if there is no scan of the sensor.
+  bool Renew(const std::string& sensor, collision::Revision revision,
+             std::chrono::system_clock::time_point stamp);
   std::vector<KeptScan> List() const;  // by sensor
 
  private:

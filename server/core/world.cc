@@ -101,6 +101,7 @@ World::World(WorldImage image, Retention retention, std::function<Clock::time_po
                 .expiry_mutex = {},
                 .observations = {},
                 .scans = {},
+                .views = KeptViews(MemoryCharge::Empty(memory, payer)),
                 .robot_states = {},
                 .world = this});
   State& state = *state_;
@@ -196,7 +197,10 @@ absl::Status World::KeepGeometry(std::span<const PreparedModelPtr> models, Durab
   return journal == nullptr ? absl::OkStatus() : journal->KeepGeometry(models, durability);
 }
 
-void World::DropHistory() { state_->feed->DropHistory(); }
+void World::DropHistory() {
+  state_->feed->DropHistory();
+  state_->views.Clear();
+}
 
 std::int64_t World::memory_bytes() const { return state_->memory->world_bytes_of(state_->payer); }
 
@@ -264,6 +268,8 @@ Observations& World::observations() { return state_->observations; }
 const Observations& World::observations() const { return state_->observations; }
 
 KeptScans& World::scans() { return state_->scans; }
+
+KeptViews& World::views() { return state_->views; }
 
 RobotStates& World::robot_states() { return state_->robot_states; }
 

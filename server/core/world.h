@@ -27,6 +27,7 @@
 namespace cwm::server {
 
 struct IngestOutcome;  // ingest.h
+class KeptViews;       // kept_views.h
 class RobotStates;     // live/robot_states.h
 
 // The revision that a query is about.
@@ -168,6 +169,9 @@ class World : public std::enable_shared_from_this<World> {
   // The newest scan of each sensor.
   KeptScans& scans();
 
+  // The views that scans of this world showed, for scans that show the same again.
+  KeptViews& views();
+
   // The stamped states of robots that move; those of a robot are dropped with it.
   RobotStates& robot_states();
 
@@ -182,7 +186,7 @@ class World : public std::enable_shared_from_this<World> {
   collision::Revision oldest_exact() const;
   collision::Revision oldest_watch() const;
 
-  // Drops all revisions but the latest, to free their memory.
+  // Drops all revisions but the latest, and the kept views, to free their memory.
   void DropHistory();
   // Bytes charged to this world.
   std::int64_t memory_bytes() const;

@@ -130,10 +130,11 @@ absl::StatusOr<World::State::Applied> World::State::ApplyTo(const SnapshotPtr& b
       .rule_deltas = collision::RuleDifference(base->pair_rules(), (*next)->pair_rules())};
 }
 
-absl::Status World::State::WithRoom(const std::function<absl::Status()>& write) const {
+absl::Status World::State::WithRoom(const std::function<absl::Status()>& write) {
   absl::Status status = write();
   if (IsShortOfMemory(status)) {
     feed->DropHistory();
+    views.Clear();
     status = write();
   }
   if (IsShortOfMemory(status) && services.drop_histories && MayFit(status, *memory)) {

@@ -17,6 +17,7 @@
 
 #include "server/core/commit_pipeline.h"
 #include "server/core/idempotency_cache.h"
+#include "server/core/kept_views.h"
 #include "server/core/live/robot_states.h"
 #include "server/core/rule_expiry.h"
 #include "server/core/world.h"
@@ -48,6 +49,7 @@ struct World::State {
 
   Observations observations;
   KeptScans scans;
+  KeptViews views;
   RobotStates robot_states;
   World* const world;
   std::optional<CommitPipeline> pipeline = {};  // its tip is what writes are decided on
@@ -81,8 +83,9 @@ struct World::State {
   absl::StatusOr<Applied> ApplyTo(const SnapshotPtr& base, std::span<const collision::Change> given,
                                   WorkBudget* budget) const;
 
-  // Runs `write` again while it lacks memory: forgets the past, first of this world, then of all.
-  absl::Status WithRoom(const std::function<absl::Status()>& write) const;
+  // Runs `write` again while it lacks memory: forgets the past and the kept views, first of this
+  // world, then of all.
+  absl::Status WithRoom(const std::function<absl::Status()>& write);
 
   using MakeApplied = std::function<absl::StatusOr<Applied>(const SnapshotPtr& base)>;
 

@@ -135,10 +135,14 @@ absl::StatusOr<IngestRequest> IngestCall::MakeRequest() {
 }
 
 // Keeps the scan for display. If it does not fit, there is nothing to display, but the ingest is
-// unaffected.
+// unaffected. The scan of an unchanged view looks like the kept one.
 void IngestCall::KeepScan(World& world, const IngestRequest& request,
                           const IngestOutcome& outcome) {
   if (outcome.replayed) return;
+  if (outcome.unchanged_view &&
+      world.scans().Renew(request.sensor, outcome.revision, request.taken_at())) {
+    return;
+  }
   Application& application = runtime_.application;
   auto scan = MakeKeptScan(request, outcome, application.limits, application.geometry);
   if (scan.ok()) world.scans().Keep(*std::move(scan), application.limits.max_kept_scans);

@@ -15,8 +15,10 @@ void SetNames(const std::vector<std::string>& names,
   proto->Assign(names.begin(), names.end());
 }
 
-void SetReport(const perception::InterpretReport& report, v1::IngestCloudResponse* response) {
+void SetReport(const IngestOutcome& outcome, v1::IngestCloudResponse* response) {
+  const perception::InterpretReport& report = outcome.report;
   v1::IngestReport* proto = response->mutable_report();
+  proto->set_unchanged_view(outcome.unchanged_view);
   proto->set_points_in(static_cast<std::int64_t>(report.points_in));
   proto->set_points_finite(static_cast<std::int64_t>(report.points_finite));
   proto->set_points_explained(static_cast<std::int64_t>(report.points_explained));
@@ -108,7 +110,7 @@ absl::Status IngestReplyToProto(const IngestReply& reply, const Limits& limits,
   response->set_world_uid(reply.world.uid());
   response->set_revision(reply.outcome.revision.value);
   *response->mutable_x_world_sensor() = PoseToProto(reply.outcome.X_WC);
-  SetReport(reply.outcome.report, response);
+  SetReport(reply.outcome, response);
   if (absl::Status status = SetObjects(reply, store, response); !status.ok()) return status;
   SetChanges(reply.outcome, response->mutable_changes());
   if (!reply.want_point_labels) return absl::OkStatus();

@@ -121,7 +121,8 @@ IngestResult World::Ingest(const CloudRef& points, const ScanOptions& options) c
                    .points_finite = report.points_finite(),
                    .points_explained = report.points_explained(),
                    .points_rejected = report.points_rejected(),
-                   .warnings = Strings(report.warnings())};
+                   .warnings = Strings(report.warnings()),
+                   .unchanged_view = report.unchanged_view()};
   for (const v1::Object& support : reply.supports()) {
     result.supports.push_back(internal::FromMessage(support));
   }

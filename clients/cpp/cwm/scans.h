@@ -65,6 +65,9 @@ struct IngestReport {
   std::int64_t points_explained = 0;
   std::int64_t points_rejected = 0;
   std::vector<std::string> warnings = {};
+  // The view did not change since it was interpreted: the known objects were returned, and nothing
+  // was interpreted.
+  bool unchanged_view = false;
 };
 
 // The changes of the world by the scan, by name.

@@ -29,6 +29,9 @@ class IngestReport:
     points_explained: int
     points_rejected: int
     warnings: tuple[str, ...]
+    # The view did not change since it was interpreted: the known objects were returned, and nothing
+    # was interpreted.
+    unchanged_view: bool = False
 
 
 @dataclass(frozen=True)
@@ -213,6 +216,7 @@ def result_of(
             report.points_explained,
             report.points_rejected,
             tuple(report.warnings),
+            report.unchanged_view,
         ),
         several(reply.supports),
         several(reply.objects),

@@ -241,6 +241,11 @@ TEST_F(Worlds, ShowAScan) {
   EXPECT_EQ(scan.changes.added.size(), 2U);
   EXPECT_EQ(ErrorOf([&] { scan.PointsOf("cup"); }).code(), ErrorCode::kNotFound);
 
+  EXPECT_FALSE(scan.report.unchanged_view);
+  const IngestResult again =
+      world_.Ingest(points, {.X_WS = X_WS, .sensor = SensorNoise{.a_m = 0.001}, .height = kHeight});
+  EXPECT_TRUE(again.report.unchanged_view);
+  EXPECT_EQ(again.labels, scan.labels);
   const IngestResult segmented = world_.Ingest(
       points, {.X_WS = X_WS, .height = kHeight, .mode = IngestMode::kSegmentOnly, .labels = false});
   EXPECT_TRUE(segmented.labels.empty());

@@ -77,6 +77,20 @@ class Scans(ServerCase):
         with self.assertRaises(KeyError):
             scan.mask("nobody")
 
+    def test_of_an_unchanged_view_are_answered_by_the_known_objects(self):
+        first = self.world.ingest(self.points, self.pose)
+        again = self.world.ingest(self.points, self.pose)
+        self.assertEqual(
+            (first.report.unchanged_view, again.report.unchanged_view), (False, True)
+        )
+        self.assertEqual(again.revision, first.revision)
+        self.assertEqual([obj.name for obj in again.objects], [obj.name for obj in first.objects])
+        self.assertEqual(set(again.changes.kept), set(first.changes.added))
+        np.testing.assert_array_equal(again.labels, first.labels)
+        self.assertNotIn("shapes", again.stages)
+        forced = self.world.ingest(self.points, self.pose, force=True)
+        self.assertFalse(forced.report.unchanged_view)
+
     def test_are_what_the_command_line_makes_of_them(self):
         scan = self.world.ingest(self.points, self.pose)
         path = self.running.folder / "table.pcd"
