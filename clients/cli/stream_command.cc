@@ -35,16 +35,16 @@ bool IsList(const StreamArguments& arguments) { return arguments.frames == "-"; 
 
 absl::StatusOr<pb::SensorMount> ParseMount(const StreamArguments& arguments) {
   const std::string& text = arguments.mount;
-  const std::size_t colon = text.find_first_of(":/");
-  if (colon == 0 || colon == std::string::npos || colon + 1 == text.size()) {
-    return UsageError(absl::StrCat("--mount: \"", text, "\" must be ROBOT:LINK"));
+  const std::size_t separator = text.find_first_of("/:");
+  if (separator == 0 || separator == std::string::npos || separator + 1 == text.size()) {
+    return UsageError(absl::StrCat("--mount: \"", text, "\" must be ROBOT/LINK or ROBOT:LINK"));
   }
   if (!arguments.x_world_sensor.empty()) {
     return UsageError("--mount and --x-world-sensor: give one, a sensor on a link moves with it");
   }
   pb::SensorMount mount;
-  mount.set_robot(text.substr(0, colon));
-  mount.set_link(text.substr(colon + 1));
+  mount.set_robot(text.substr(0, separator));
+  mount.set_link(text.substr(separator + 1));
   const auto pose = arguments.x_link_sensor.empty()
                         ? client::PoseRow{0, 0, 0, 0, 0, 0, 1}
                         : ParsePose(arguments.x_link_sensor, "--x-link-sensor");
@@ -84,7 +84,7 @@ absl::StatusOr<pb::SensorCalibration> ParseCalibration(const StreamArguments& ar
     if (!mount.ok()) return mount.status();
     *calibration.mutable_mount() = *mount;
   } else if (!arguments.x_link_sensor.empty()) {
-    return UsageError("--x-link-sensor belongs to --mount ROBOT:LINK");
+    return UsageError("--x-link-sensor belongs to --mount ROBOT/LINK");
   }
   calibration.set_least_range_m(arguments.min_range_m);
   calibration.set_greatest_range_m(arguments.max_range_m);
@@ -146,12 +146,13 @@ void AddSensorOptions(CLI::App& command, StreamArguments& arguments) {
   command
       .add_option("--x-world-sensor", arguments.x_world_sensor,
                   "the pose of a sensor that stands still (m), in place of those of the frames; "
-                  "default: that of its earlier scan")
+                  "default: that of its earlier scan, or estimated from the first frame")
       ->type_name("X,Y,Z,QX,QY,QZ,QW");
   command
-      .add_option("--mount", arguments.mount,
-                  "the robot's link that carries the sensor; its states place each frame")
-      ->type_name("ROBOT:LINK");
+      .add_option(
+          "--mount", arguments.mount,
+          "the robot's link that carries the sensor (or ROBOT:LINK); its states place each frame")
+      ->type_name("ROBOT/LINK");
   command
       .add_option("--x-link-sensor", arguments.x_link_sensor,
                   "the sensor's pose on that link (m); default: the link's own")
@@ -209,7 +210,7 @@ void AddStreamCommand(CommandLine& line) {
        "feeds the frames of a running sensor: what moves, comes or goes is followed",
        {"cwm stream FOLDER --realtime", "cwm stream FOLDER --rate 15 --loop 10",
         "cwm stream FOLDER --x-world-sensor 0,0,1.2,1,0,0,0 --sensor-model realsense -o ndjson",
-        "cwm stream FOLDER --mount panda:panda_hand --x-link-sensor 0,0,0.05,0,0,0,1",
+        "cwm stream FOLDER --mount panda/panda_hand --x-link-sensor 0,0,0.05,0,0,0,1",
         "ls *-depth.png | cwm stream - --sensor table --camera camera.json"},
        "FOLDER has depth images (PNG, NPY) or organised clouds (PCD, PLY), with the camera in "
        "camera.json or\n"

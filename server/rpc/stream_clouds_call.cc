@@ -21,6 +21,7 @@ constexpr std::size_t kMaxUnreadAnswers = 1'024;
 constexpr std::int64_t kViewBytesPerPixel = 80;
 // measured: a frame takes about so long on one core, which shares the queue among clients.
 constexpr double kFrame_s = 0.005;
+constexpr double kScan_s = 0.5;
 
 }  // namespace
 
@@ -134,6 +135,23 @@ void StreamCloudsCall::Enqueue(void (StreamCloudsCall::*work)()) {
                       .cost_s = kFrame_s});
 }
 
+bool StreamCloudsCall::WaitsAsScan() {
+  bool has_pose = true;
+  {
+    const std::lock_guard lock(mutex_);
+    if (waiting_.has_value()) has_pose = waiting_->message.has_x_world_sensor();
+  }
+  return !has_pose && sensor_->MustIngestFirst(has_pose);
+}
+
+void StreamCloudsCall::EnqueueScan() {
+  runtime_.ingest.Push(
+      {.run = [self = shared_from_this()](
+                  const absl::Status& admitted) { self->ProcessOrRefuse(admitted); },
+       .client = client_,
+       .cost_s = kScan_s});
+}
+
 void StreamCloudsCall::Fail(const absl::Status& status) {
   const auto self = shared_from_this();
   const std::lock_guard lock(mutex_);
@@ -153,7 +171,8 @@ void StreamCloudsCall::TakeMessage() {
     if (begins) is_processing_ = true;
   }
   Advance();  // the next message is read while this one is processed
-  if (begins) ProcessWaiting();
+  if (!begins) return;
+  WaitsAsScan() ? EnqueueScan() : ProcessWaiting();
 }
 
 absl::Status StreamCloudsCall::Take() {
@@ -190,8 +209,9 @@ absl::Status StreamCloudsCall::TakeCalibration(const v1::SensorCalibration& cali
   auto plan = SensorPlanFromProto(calibration, runtime_.application.limits,
                                   FieldPath::OfRequest("calibration"));
   if (!plan.ok()) return plan.status();
-  view_ = MemoryCharge::Empty(runtime_.application.memory, MemoryBudget::Client(client_));
-  if (auto charged = view_.Resize(kViewBytesPerPixel * plan->pixel_count()); !charged.ok()) {
+  MemoryCharge view =
+      MemoryCharge::Empty(runtime_.application.memory, MemoryBudget::Client(client_));
+  if (auto charged = view.Resize(kViewBytesPerPixel * plan->pixel_count()); !charged.ok()) {
     return charged;
   }
   WorldRegistry& worlds = runtime_.application.worlds;
@@ -203,6 +223,7 @@ absl::Status StreamCloudsCall::TakeCalibration(const v1::SensorCalibration& cali
     if (const auto call = weak.lock()) call->Fail(why);
   });
   if (!sensor.ok()) return sensor.status();
+  (*sensor)->Hold(std::move(view));
   // It may have been deleted just before the stream began, and then nobody tells.
   if (!worlds.Find(plan->world, (*world)->uid()).ok()) runtime_.live_worlds.Forget(**world);
   world_ = *std::move(world);
@@ -231,7 +252,7 @@ absl::Status StreamCloudsCall::TakeFrame(v1::SensorFrame& message, MemoryCharge 
   return absl::OkStatus();
 }
 
-void StreamCloudsCall::ProcessWaiting() {
+void StreamCloudsCall::ProcessOrRefuse(const absl::Status& admitted) {
   std::optional<Frame> frame;
   {
     const std::lock_guard lock(mutex_);
@@ -242,7 +263,7 @@ void StreamCloudsCall::ProcessWaiting() {
     FrameOutcome outcome;
     ended = RunGuarded(
         [&](const CallContext&) {
-          auto processed = Process(*frame);
+          auto processed = admitted.ok() ? Process(*frame) : RefusedOutcome(admitted);
           if (!processed.ok()) return processed.status();
           outcome = *std::move(processed);
           return absl::OkStatus();
@@ -260,7 +281,7 @@ void StreamCloudsCall::ProcessWaiting() {
   }
   Advance();
   // Other sensors take their turns in between.
-  if (goes_on) Enqueue(&StreamCloudsCall::ProcessWaiting);
+  if (goes_on) WaitsAsScan() ? EnqueueScan() : Enqueue(&StreamCloudsCall::ProcessWaiting);
 }
 
 void StreamCloudsCall::RefuseUnread(const absl::Status& why) {

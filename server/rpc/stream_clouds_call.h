@@ -56,9 +56,13 @@ class StreamCloudsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, 
   void FinishIfOver();
 
   void Enqueue(void (StreamCloudsCall::*work)());
+  // True if the frame that waits has to tell its sensor's pose: then it is worked on as scans are.
+  bool WaitsAsScan();
+  void EnqueueScan();
   // Tasks of the queue.
   void TakeMessage();
-  void ProcessWaiting();
+  void ProcessWaiting() { ProcessOrRefuse(absl::OkStatus()); }
+  void ProcessOrRefuse(const absl::Status& admitted);
 
   absl::Status Take();
   absl::Status TakeCalibration(const v1::SensorCalibration& calibration);
@@ -82,7 +86,6 @@ class StreamCloudsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, 
 
   // Set by the calibration, which is taken before any frame.
   std::optional<SensorPlan> plan_;
-  MemoryCharge view_;  // for what the sensor's view keeps of each pixel
   std::shared_ptr<World> world_;
   std::unique_ptr<SensorStream> sensor_;
 

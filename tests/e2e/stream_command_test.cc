@@ -116,7 +116,7 @@ TEST_F(StreamCommand, EndsWithASummaryWhenItIsInterrupted) {
 
 TEST_F(StreamCommand, TellsWhatIsWrong) {
   const std::string folder = Sequence();
-  const ProcessResult robot = Cwm({"stream", folder, "--mount", "nobody:hand"});
+  const ProcessResult robot = Cwm({"stream", folder, "--mount", "nobody/hand"});
   EXPECT_EQ(robot.exit_code, 3) << robot.err;
   EXPECT_THAT(robot.err, HasSubstr("ROBOT_UNKNOWN"));
   const ProcessResult rate = Cwm({"stream", folder, "--rate", "15"});

@@ -45,7 +45,8 @@ struct SensorCalibration {
   DepthType depth_type = DepthType::kU16;
   double unit_m = 0;  // metres per unit; 0: 0.001 for integers, 1 for floats
   std::variant<SensorModel, SensorNoise> model = SensorModel::kKinect;
-  // Exactly one of the two, unless every frame has its pose or an earlier scan of the sensor had.
+  // At most one of the two. Neither: every frame has its pose, an earlier scan of the sensor had
+  // one, or the first frame is interpreted to tell it.
   std::optional<Eigen::Isometry3d> X_WS = {};
   std::optional<SensorMount> mount = {};
   double min_range_m = 0, max_range_m = 0;  // other depths are no return; 0: those of the model

@@ -125,10 +125,11 @@ class World(WorldView):
 
         A sensor of the same name and calibration keeps what was learnt of it. intrinsics: (4,) fx
         fy cx cy in pixels, or the matrix (3, 3). x_world_sensor: its pose, (4, 4) or (7,), or
-        mount: its place on a robot; neither where every frame has its pose, or an earlier scan of
-        the sensor had one. sensor: as of `ingest`. unit_m: metres per unit; None: 0.001 for
-        integers, 1 for floats. min_range_m, max_range_m: other depths are no return; 0: those of
-        the model. pose_sigma: standard deviations of the pose, m and rad; None: 5 mm, 0.005 rad.
+        mount: its place on a robot; neither where every frame has its pose, an earlier scan of the
+        sensor had one, or the first frame is to tell it. sensor: as of `ingest`. unit_m: metres per
+        unit; None: 0.001 for integers, 1 for floats. min_range_m, max_range_m: other depths are no
+        return; 0: those of the model. pose_sigma: standard deviations of the pose, m and rad; None:
+        5 mm, 0.005 rad.
         """
         return live.SensorStream(
             self,

@@ -126,6 +126,10 @@ absl::StatusOr<FrameOutcome> SensorStream::Process(const LiveFrame& frame) {
   return outcome;
 }
 
+bool SensorStream::MustIngestFirst(bool frame_has_pose) const {
+  return server::MustIngestFirst(*world_->world(), *session_, frame_has_pose, Clock::now());
+}
+
 std::optional<perception::DepthCamera> SensorStream::camera() const {
   const std::lock_guard lock(session_->comparison.mutex);
   if (session_->comparison.view == nullptr) return std::nullopt;
@@ -218,6 +222,16 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
     stale.revision = world_->Snapshot()->revision();
     return stale;
   }
+  const absl::StatusOr<std::optional<FrameChanges>> first = IngestFirstFrame(
+      *world_, *session, frame, {services_.interpret, services_.max_threads, services_.threads_now},
+      stop_.get_token());
+  if (!first.ok()) {
+    if (absl::IsNotFound(first.status())) return first.status();  // WORLD_DELETED
+    FrameOutcome refused = RefusedBy(first.status());
+    refused.revision = world_->Snapshot()->revision();
+    return refused;
+  }
+  if (first->has_value()) stages.End("interpret");
   const SensorCalibration calibration = session->calibration();
   const std::shared_ptr<const BodyTable> table = numbers_.TableOf(world_->Tip());
   const std::vector<RobotAtFrame> robots =
@@ -278,6 +292,7 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
     outcome.revision = written->revision;
     outcome.changes = std::move(written->changes);
     outcome.changes.Append(std::exchange(comparison.interpreted, {}));
+    if (first->has_value()) outcome.changes.Append(**first);
     outcome.interpreting = regions_asked_ > 0;
   }
   StartRegions();

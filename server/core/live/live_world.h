@@ -18,6 +18,7 @@
 #include "perception/live/tracker.h"
 #include "server/core/ingest.h"
 #include "server/core/live/body_table.h"
+#include "server/core/live/first_frame.h"
 #include "server/core/live/gone_objects.h"
 #include "server/core/live/live_commit.h"
 #include "server/core/live/live_frame.h"
@@ -56,6 +57,8 @@ class SensorStream {
   // Counts a frame that a newer one replaced, or that was refused before Process.
   void NoteDropped() { session_->NoteDropped(); }
   void NoteRefused() { session_->NoteRefused(); }
+  // True if a frame that comes now is interpreted to tell the sensor's pose, which takes long.
+  bool MustIngestFirst(bool frame_has_pose) const;
   // The camera of the sensor's earlier frames; empty if there were none.
   std::optional<perception::DepthCamera> camera() const;
   const std::shared_ptr<LiveWorld>& world() const { return world_; }

@@ -226,6 +226,10 @@ absl::StatusOr<RegionOutcome> IngestView(World& world, const RegionJob& job,
   request.cloud = std::move(cloud);
   request.sensor = job.sensor;
   request.options = OptionsOf(job);
+  // An estimated pose stays an estimate.
+  const std::optional<SensorPose> kept = world.SensorPoseOf(job.sensor);
+  const bool is_kept = kept.has_value() && kept->X_WC.matrix() == job.frame.X_WC.matrix();
+  if (is_kept && !kept->given) request.options.X_WC.reset();
   request.frame_stamp = job.frame.stamp;
   auto ingested = Ingest(world, request, interpret, std::move(stop));
   if (!ingested.ok()) return ingested.status();

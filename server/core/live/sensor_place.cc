@@ -36,6 +36,12 @@ absl::StatusOr<SensorPlace> PlaceOnRobot(const SensorMount& mount,
 
 }  // namespace
 
+bool IsUnplaced(const SensorCalibration& calibration, bool frame_has_pose,
+                const std::optional<SensorPose>& kept) {
+  return !frame_has_pose && !calibration.mount.has_value() && !calibration.X_WC.has_value() &&
+         !kept.has_value();
+}
+
 absl::StatusOr<SensorPlace> PlaceAt(const SensorCalibration& calibration, const LiveFrame& frame,
                                     std::span<const RobotAtFrame> robots,
                                     const std::optional<PlaceAtStamp>& before,
@@ -50,7 +56,7 @@ absl::StatusOr<SensorPlace> PlaceAt(const SensorCalibration& calibration, const 
   }
   if (calibration.mount.has_value()) return PlaceOnRobot(*calibration.mount, robots);
   if (calibration.X_WC.has_value()) return SensorPlace{.X_WC = *calibration.X_WC};
-  if (kept.has_value() && kept->given) return SensorPlace{.X_WC = kept->X_WC};
+  if (kept.has_value()) return SensorPlace{.X_WC = kept->X_WC};
   return InvalidField("frame.x_world_sensor",
                       "is absent, must be set: neither the calibration nor an earlier scan tells "
                       "the sensor's pose");

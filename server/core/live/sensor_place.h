@@ -21,11 +21,16 @@ struct PlaceAtStamp {
   perception::Stamp stamp = {};
 };
 
+// True if nothing tells the pose of a frame: neither the frame nor its calibration, and the world
+// keeps none of an earlier scan. The frame then has to tell it itself (first_frame.h).
+bool IsUnplaced(const SensorCalibration& calibration, bool frame_has_pose,
+                const std::optional<SensorPose>& kept);
+
 // The frame's own pose wins, then the link that carries the sensor, the pose of the calibration,
-// and the one that was given with an earlier scan (`kept`). `before` is the place of the sensor's
-// previous frame, which tells the speed of a sensor whose frames have poses. FailedPrecondition
-// ROBOT_STATE_MISSING or ROBOT_STATE_STALE if no state tells where the link was; InvalidArgument
-// for "frame.x_world_sensor" if nothing tells the pose.
+// and the one that was given with an earlier scan or estimated from it (`kept`). `before` is the
+// place of the sensor's previous frame, which tells the speed of a sensor whose frames have poses.
+// FailedPrecondition ROBOT_STATE_MISSING or ROBOT_STATE_STALE if no state tells where the link was;
+// InvalidArgument for "frame.x_world_sensor" if nothing tells the pose.
 absl::StatusOr<SensorPlace> PlaceAt(const SensorCalibration& calibration, const LiveFrame& frame,
                                     std::span<const RobotAtFrame> robots,
                                     const std::optional<PlaceAtStamp>& before,

@@ -68,6 +68,16 @@ void SensorSession::SetPose(const Pose& X_WC) {
   calibration_.X_WC = X_WC;
 }
 
+std::optional<SensorSession::FailedEstimate> SensorSession::failed_estimate() const {
+  const std::lock_guard lock(mutex_);
+  return failed_estimate_;
+}
+
+void SensorSession::set_failed_estimate(std::optional<FailedEstimate> failed) {
+  const std::lock_guard lock(mutex_);
+  failed_estimate_ = std::move(failed);
+}
+
 void SensorSession::NoteProcessed(std::shared_ptr<const DisplayFrame> frame, double delay_ms) {
   const Clock::time_point now = Clock::now();
   const std::lock_guard lock(mutex_);
@@ -122,10 +132,17 @@ void SensorSession::set_tracked(bool is_tracked) {
   is_tracked_ = is_tracked;
 }
 
+void SensorSession::Hold(MemoryCharge view) {
+  const std::lock_guard lock(mutex_);
+  std::swap(view_, view);  // the earlier one is released without the lock
+}
+
 void SensorSession::Forget() {
   std::shared_ptr<const DisplayFrame> dropped;
+  MemoryCharge view;
   const std::lock_guard lock(mutex_);
   dropped.swap(newest_);
+  std::swap(view, view_);
 }
 
 }  // namespace cwm::server

@@ -11,6 +11,7 @@
 #include "server/core/live/live_frame.h"
 #include "server/core/live/robots_in_view.h"
 #include "server/core/live/sensor_statistics.h"
+#include "server/core/memory_budget.h"
 
 namespace cwm::server {
 
@@ -49,8 +50,18 @@ class SensorSession {
   void EndOpenStream(const absl::Status& reason);
 
   SensorCalibration calibration() const;
+  // The account of what the view keeps of each pixel, also after the stream's end, until Forget.
+  void Hold(MemoryCharge view);
   // The pose that holds from the next frame on.
   void SetPose(const Pose& X_WC);
+
+  // The last attempt to learn the sensor's pose from a frame, if it failed.
+  struct FailedEstimate {
+    Clock::time_point when = {};
+    absl::Status why = {};
+  };
+  std::optional<FailedEstimate> failed_estimate() const;
+  void set_failed_estimate(std::optional<FailedEstimate> failed);
 
   void NoteProcessed(std::shared_ptr<const DisplayFrame> frame, double delay_ms);
   void NoteDropped();
@@ -65,7 +76,8 @@ class SensorSession {
   // True if the tracker knows the sensor, which it does from its first frame until it is forgotten.
   bool is_tracked() const;
   void set_tracked(bool is_tracked);
-  void Forget();  // the newest frame, which then is no longer shown
+  // Drops the newest frame, which then is no longer shown, and the account of the view.
+  void Forget();
 
  private:
   mutable std::mutex mutex_;  // a leaf
@@ -73,6 +85,8 @@ class SensorSession {
   std::uint64_t last_stream_ = 0;
   std::uint64_t open_stream_ = 0;  // 0: none
   EndStream end_;
+  MemoryCharge view_;
+  std::optional<FailedEstimate> failed_estimate_;
   SensorStatistics statistics_;
   std::shared_ptr<const DisplayFrame> newest_;
   Clock::time_point last_active_ = Clock::now();

@@ -149,6 +149,8 @@ TEST(Run, EndsWithUsageOnMistakesOfTheCommandLine) {
       {"robot", "set", "panda"},
       {"stream"},
       {"stream", "no-such-folder", "--mount", "panda"},
+      {"stream", "no-such-folder", "--mount", "/hand"},
+      {"stream", "no-such-folder", "--mount", "panda/hand", "--x-world-sensor", "0,0,0"},
       {"stream", "no-such-folder", "--mount", "panda:hand", "--x-world-sensor", "0,0,0"},
       {"stream", "no-such-folder", "--x-link-sensor", "0,0,0"},
       {"stream", "no-such-folder", "--rate", "0"},

@@ -273,7 +273,7 @@ TEST_F(StreamCloudsTest, APoseMayComeWithTheFrameOrFromTheWorld) {
   v1::SensorCalibration nowhere = camera_;
   nowhere.clear_x_world_sensor();
   ASSERT_TRUE(stream_.Send(nowhere));
-  ExpectRefused(WallFrame(camera_, 1.5F, kStart_s), "INVALID_FIELD", "frame.x_world_sensor");
+  ExpectRefused(WallFrame(camera_, 1.5F, kStart_s), "SENSOR_POSE_UNKNOWN", "x_world_sensor");
   v1::SensorFrame frame = WallFrame(camera_, 1.5F, kStart_s);
   *frame.mutable_x_world_sensor() = camera_.x_world_sensor();
   frame.mutable_x_world_sensor()->set_tz_m(2);
