@@ -54,6 +54,8 @@ class SensorStream {
   // Frames that are refused are answered by the outcome. Errors end the stream: NotFound
   // WORLD_DELETED, Aborted SENSOR_TAKEN_OVER.
   absl::StatusOr<FrameOutcome> Process(const LiveFrame& frame);
+  // See SensorSession::Hold.
+  void Hold(MemoryCharge view) { session_->Hold(std::move(view)); }
   // Counts a frame that a newer one replaced, or that was refused before Process.
   void NoteDropped() { session_->NoteDropped(); }
   void NoteRefused() { session_->NoteRefused(); }
