@@ -166,7 +166,18 @@ absl::Status LoadBenchRobot(const client::Connection& connection, const std::str
     value.set_variable(robot.model->variables[i].name);
     value.set_value(state[i]);
   }
-  return client::LoadRobot(connection, header, robot.meshes).status();
+  if (auto loaded = client::LoadRobot(connection, header, robot.meshes); !loaded.ok()) {
+    return loaded.status();
+  }
+  // It stands on the table, which its base touches.
+  v1::ApplyChangesRequest request;
+  request.set_world(world);
+  v1::NamedPair& pair = *request.add_changes()->mutable_allow()->mutable_pair();
+  pair.mutable_a()->set_name(robot.name);
+  pair.mutable_a()->set_link(robot.model->links.front().name);
+  pair.mutable_b()->set_name("*");
+  return connection.Call(&v1::WorldService::Stub::ApplyChanges, connection.worlds(), request)
+      .status();
 }
 
 }  // namespace cwm::benchmarks

@@ -40,7 +40,7 @@ perception::SimulatedRobot SimulateRobot(const BenchRobot& robot,
 perception::JointTrajectory SweepingTrajectory(const BenchRobot& robot, double rest_s,
                                                double duration_s, double speed_m_s);
 
-// Puts the robot into a world, at RobotBase and in the given state.
+// Puts the robot into a world, at RobotBase and in the given state. Its base may touch everything.
 absl::Status LoadBenchRobot(const client::Connection& connection, const std::string& world,
                             const BenchRobot& robot, const std::vector<double>& state);
 

@@ -150,6 +150,22 @@ std::string FatesOf(const std::vector<FrameAnswer>& answers, std::size_t first) 
   return words;
 }
 
+// What queries meet: objects with surfaces of triangles cost them more than shapes.
+std::string ContentOf(LiveWorld& world) {
+  const std::int64_t revision = world.Revision();
+  if (!world.published().WaitFor(revision)) return "the world is not known";
+  std::size_t objects = 0;
+  std::string meshes;
+  for (const auto& [name, object] : world.published().At(revision)) {
+    ++objects;
+    if (object->surfaces_size() == 0) continue;
+    meshes += (meshes.empty() ? "" : ", ") + name + " (" + v1::ObjectKind_Name(object->kind()) +
+              ", " + std::to_string(object->shapes_size()) + " shapes)";
+  }
+  return std::to_string(objects) +
+         " objects; with surfaces of triangles: " + (meshes.empty() ? "none" : meshes);
+}
+
 using FramesBySensor = std::vector<std::vector<TrueFrame>>;
 
 bool PlayAll(const std::vector<LiveSensor*>& sensors, FramesBySensor& frames) {
@@ -195,6 +211,7 @@ void MeasureLiveLoad(Report& report) {
       return report.Fail(error);
     }
   }
+  report.Detail("  the settled world has " + ContentOf(world));
   // The same world without frames.
   std::vector<double> alone_ms;
   {
