@@ -10,10 +10,10 @@ namespace {
 
 // chosen: as in the test of removal: shares of the visible surface that rays pass through if the
 // body is elsewhere, and if it is there.
-constexpr double kThroughIfElsewhere = 0.9;
-constexpr double kThroughIfThere = 0.25;
+constexpr double kPassedIfElsewhere = 0.9;
+constexpr double kPassedIfThere = 0.25;
 // chosen: the least visible share of a body that may be judged.
-constexpr double kMinVisibleShare = 0.15;
+constexpr double kLeastVisibleShare = 0.15;
 
 }  // namespace
 
@@ -59,13 +59,13 @@ bool NearbySurfaces::Explain(const Vector3& p_W) const {
 }
 
 bool PoseEvidence::IsHidden() const {
-  return visible() <= kMinVisibleShare * (visible() + hidden + on_other);
+  return visible() <= kLeastVisibleShare * (visible() + hidden + on_other);
 }
 
 PoseEvidence EvidenceAt(const FrameEvidence& frame, const BodySurface& body, const Pose& X_WB,
                         int expected_px, const NearbySurfaces& nearby) {
-  static const double through = std::log(kThroughIfThere / kThroughIfElsewhere);
-  static const double hit = std::log((1 - kThroughIfThere) / (1 - kThroughIfElsewhere));
+  static const double through = std::log(kPassedIfThere / kPassedIfElsewhere);
+  static const double hit = std::log((1 - kPassedIfThere) / (1 - kPassedIfElsewhere));
   const Pose X_CB = frame.X_WC.inverse() * X_WB;
   const Pinhole& pinhole = frame.camera.pinhole;
   const DepthImage& image = *frame.image;

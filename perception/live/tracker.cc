@@ -26,7 +26,7 @@ constexpr std::size_t kShareSample = 400;
 constexpr double kStillCovered = 0.995;
 constexpr double kStillFilled = 0.7;
 // chosen: a carried body's shift that is worth a revision.
-constexpr double kLeastPublished_m = 0.0003;
+constexpr double kLeastCarried_m = 0.0003;
 // chosen: frames of other sensors may have been compared with a world so many revisions ago.
 constexpr std::size_t kKeptPoses = 16;
 
@@ -86,8 +86,8 @@ std::optional<TrackChange> Published(BodyId id, TrackerState::Carried& carried, 
     const Pose& last = published_W.back();
     const double turn =
         Eigen::AngleAxisd(Matrix3(last.linear().transpose() * X_WB.linear())).angle();
-    const bool is_same = (last.translation() - X_WB.translation()).norm() < kLeastPublished_m &&
-                         turn < kLeastPublished_m / kAlignmentReach_m;
+    const bool is_same = (last.translation() - X_WB.translation()).norm() < kLeastCarried_m &&
+                         turn < kLeastCarried_m / kAlignmentReach_m;
     if (is_same) return std::nullopt;
   }
   published_W.push_back(X_WB);
