@@ -22,8 +22,9 @@ constexpr int kOutlineCell_px = 4;
 
 std::size_t PixelIndex(int u, int v, int width) { return static_cast<std::size_t>(v) * width + u; }
 
-// The plane n * p = 1, in the optical frame, of the expected surface about a pixel. False at edges.
-bool PlaneAt(const ExpectedView& view, const DepthCamera& camera, int u, int v,
+}  // namespace
+
+bool ExpectedPlaneAt(const ExpectedView& view, const DepthCamera& camera, int u, int v,
              Eigen::Vector3f& plane_C) {
   constexpr int kStep = kNormalStep_px;
   if (u < kStep || v < kStep || u + kStep >= camera.width || v + kStep >= camera.height) {
@@ -57,8 +58,6 @@ bool PlaneAt(const ExpectedView& view, const DepthCamera& camera, int u, int v,
   return w >= kGrazing_cos * plane_C.norm() * ray;
 }
 
-}  // namespace
-
 void MotionTemplate::Build(const KnownBody& body, int pixels, const ExpectedView& view,
                            const DepthCamera& camera, const PixelRays& rays, const Pose& X_WC,
                            const ReferenceImage& reference) {
@@ -82,7 +81,7 @@ void MotionTemplate::Build(const KnownBody& body, int pixels, const ExpectedView
         continue;
       }
       Eigen::Vector3f plane_C;
-      if (!PlaneAt(view, camera, u, v, plane_C)) continue;
+      if (!ExpectedPlaneAt(view, camera, u, v, plane_C)) continue;
       const float z = view.depth_m()[i];
       const Eigen::Vector3f by_translation = z * (R_WC * plane_C);  // n / (n * d)
       const Eigen::Vector3f by_rotation = (rays.Point(u, v, z) - origin_L).cross(by_translation);

@@ -47,6 +47,11 @@ class MotionTemplate {
   Matrix6 information_ = Matrix6::Zero();  // of all samples
 };
 
+// The plane n * p = 1, in the optical frame, of the expected surface about a pixel. False at edges
+// and at a grazing incidence.
+bool ExpectedPlaneAt(const ExpectedView& view, const DepthCamera& camera, int u, int v,
+                     Eigen::Vector3f& plane_C);
+
 // Fills `is_hot` for every body of the evidence that has pixels in hot blocks or within
 // kBesideOutline_px of one.
 inline constexpr int kBesideOutline_px = 4;

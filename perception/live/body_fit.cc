@@ -63,7 +63,8 @@ double PoseScore::value() const {
 
 double FitGate_m(const FrameEvidence& frame, const Pose& X_WB) {
   const double range_m = (X_WB.translation() - frame.X_WC.translation()).norm();
-  return kGate_sigma * std::hypot(frame.noise.AxialSigma_m(range_m), frame.noise.WarpSigma_m());
+  return kGate_sigma * std::hypot(frame.noise.AxialSigma_m(range_m), frame.noise.WarpSigma_m(),
+                                  frame.pose_sigma.At_m(range_m));
 }
 
 PoseScore ScoreOf(const FrameEvidence& frame, const BodySurface& body, const Pose& X_WB) {

@@ -48,7 +48,7 @@ PoseScore ScoreOf(const FrameEvidence& frame, const BodySurface& body, const Pos
 double LargestShift_m(const BodySurface& body, const Pose& X_WB, const Pose& X_WB_other);
 
 // The distance within which the surface explains a depth of this frame at the body's place, metres:
-// three standard deviations of noise and warp.
+// three standard deviations of noise, warp and the sensor's pose.
 double FitGate_m(const FrameEvidence& frame, const Pose& X_WB);
 
 // A surface at its place in the level frame L of a frame.

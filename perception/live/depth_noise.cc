@@ -8,6 +8,13 @@ namespace {
 // chosen: sigma grows by at most 1 % from one entry to the next within a camera's range.
 constexpr double kEntriesPerMetre = 200;
 constexpr double kMaxEntries = 16384;
+// chosen: a tolerance that is larger by so little tells as much.
+constexpr double kPoseErrorStep_m = 0.0005;
+
+float ToleranceOf(double axial_m, double shared_m) {
+  return static_cast<float>(
+      std::max(kExplainedWithin_m, kDifference_sigma * std::hypot(axial_m, shared_m)));
+}
 
 }  // namespace
 
@@ -21,17 +28,20 @@ DepthNoise::DepthNoise(const DepthCamera& camera, const SensorNoise& noise) : no
   for (std::size_t i = 0; i < entries; ++i) {
     const double depth_m = (static_cast<double>(i) + 0.5) / per_m_;
     const double axial_m = noise_.AxialSigma_m(depth_m);
-    const auto explained = [&](double shared_m) {
-      return static_cast<float>(
-          std::max(kExplainedWithin_m, kDifference_sigma * std::hypot(axial_m, shared_m)));
-    };
-    table_.push_back(
-        {.axial_m = static_cast<float>(axial_m),
-         .lateral_px = static_cast<float>(noise_.LateralSigma_m(depth_m) *
-                                          camera.pinhole.focal_u_px / depth_m),
-         .explained_m = explained(noise_.WarpSigma_m()),
-         .explained_moving_m = explained(std::hypot(noise_.WarpSigma_m(), kRegistration_m))});
+    table_.push_back({.axial_m = static_cast<float>(axial_m),
+                      .lateral_px = static_cast<float>(noise_.LateralSigma_m(depth_m) *
+                                                       camera.pinhole.focal_u_px / depth_m),
+                      .explained_m = ToleranceOf(axial_m, noise_.WarpSigma_m())});
   }
+  SetPoseError(kRegistration_m);
+}
+
+void DepthNoise::SetPoseError(double sigma_m) {
+  const double rounded_m = std::ceil(sigma_m / kPoseErrorStep_m) * kPoseErrorStep_m;
+  if (rounded_m == pose_error_m_) return;
+  pose_error_m_ = rounded_m;
+  const double shared_m = std::hypot(noise_.WarpSigma_m(), rounded_m);
+  for (Entry& entry : table_) entry.explained_moving_m = ToleranceOf(entry.axial_m, shared_m);
 }
 
 }  // namespace cwm::perception

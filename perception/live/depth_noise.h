@@ -23,9 +23,11 @@ class DepthNoise {
   // One standard deviation of the place that a pixel shows, in pixels.
   float Lateral_px(float depth_m) const { return At(depth_m).lateral_px; }
   // The distance within which a known surface explains a depth, metres: ExplainedWithin_m, or
-  // kDifference_sigma of noise, warp and an error of the sensor's pose.
+  // kDifference_sigma of noise and warp, and of an error of the sensor's pose while it moves.
   float Explained_m(float depth_m) const { return At(depth_m).explained_m; }
   float ExplainedWhileMoving_m(float depth_m) const { return At(depth_m).explained_moving_m; }
+  // Sets the standard deviation of depths by the error of the pose of a sensor that moves.
+  void SetPoseError(double sigma_m);
 
   const SensorNoise& model() const { return noise_; }
 
@@ -41,6 +43,7 @@ class DepthNoise {
   }
 
   SensorNoise noise_;
+  double pose_error_m_ = -1;
   float per_m_ = 1;
   std::vector<Entry> table_;
 };

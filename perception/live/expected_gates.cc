@@ -1,6 +1,7 @@
 #include "perception/live/expected_gates.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace cwm::perception {
@@ -27,9 +28,13 @@ ExpectedGates::ExpectedGates(int width, int height)
       row_low_m_(low_m_),
       row_high_m_(low_m_) {}
 
+int ExpectedGates::MovingRadius_px(double sigma_px) {
+  const int blur_and_error = kStillRadius_px + static_cast<int>(std::ceil(2 * sigma_px));
+  return std::clamp(blur_and_error, kLeastMovingRadius_px, kMaxMovingRadius_px);
+}
+
 void ExpectedGates::Refresh(const PixelRectangle& changed, const std::vector<float>& expected_m,
-                            const DepthNoise& noise, bool is_moving) {
-  const int radius = is_moving ? kMovingRadius_px : kStillRadius_px;
+                            const DepthNoise& noise, bool is_moving, int radius) {
   const PixelRectangle result = Grown(changed, radius, width_, height_);
   const PixelRectangle read = Grown(result, radius, width_, height_);
   const auto at = [&](int v) { return static_cast<std::size_t>(v) * width_; };

@@ -16,15 +16,18 @@ class ExpectedGates {
  public:
   ExpectedGates(int width, int height);
 
-  // chosen: matching windows blur edges by two pixels; a moving sensor's pose has an error of some
-  // tenths of a degree, which is one pixel more.
+  // chosen: matching windows blur edges by two pixels. The pose of a moving sensor has an error of
+  // some tenths of a degree, which is a pixel or more.
   static constexpr int kStillRadius_px = 2;
-  static constexpr int kMovingRadius_px = 3;
+  static constexpr int kLeastMovingRadius_px = 3;
+  static constexpr int kMaxMovingRadius_px = 6;
+  // The radius for a moving sensor, with the error of its pose in pixels, one standard deviation.
+  static int MovingRadius_px(double sigma_px);
 
   // Computes the pixels whose neighbourhood contains changed ones. The expected depths are
   // row-major, infinite where nothing is expected.
   void Refresh(const PixelRectangle& changed, const std::vector<float>& expected_m,
-               const DepthNoise& noise, bool is_moving);
+               const DepthNoise& noise, bool is_moving, int radius_px = kStillRadius_px);
 
   const std::vector<float>& low_m() const { return low_m_; }
   const std::vector<float>& high_m() const { return high_m_; }

@@ -12,6 +12,7 @@
 #include "perception/live/depth_image.h"
 #include "perception/live/frame_classes.h"
 #include "perception/live/known_body.h"
+#include "perception/live/pose_sigma.h"
 #include "perception/live/robot_links.h"
 
 namespace cwm::perception {
@@ -31,7 +32,6 @@ struct BodyEvidence {
   int farther = 0;
   int missing = 0;
   int hidden = 0;
-
   // The rigid motion of the body, since it was given its pose or the reference was learnt, that
   // explains the differences of depth at its pixels: the normal equations information * twist =
   // moment, each depth with weight 1 / (sigma^2 kPointsPerIndependentSample), sigma being the
@@ -46,7 +46,8 @@ struct BodyEvidence {
   bool is_hot = false;
   // Only if hot: of the pixels that showed the body itself at rest, or might have, those that still
   // do, and those that rays pass through. Pixels of a model that is larger than the thing, and
-  // those beside edges that show one side and the other, are evidence of nothing.
+  // those beside edges that show one side and the other, are evidence of nothing; nor are, while
+  // the sensor moves, pixels that would be consistent without the body, by the error of its pose.
   int shown = 0;
   int passed = 0;
   // Only if hot, or if the body was given another pose in the last frames: measured points that may
@@ -67,7 +68,13 @@ struct HotRegion {
   // change.
   double rest_s = 0;
   int rest_frames = 0;
+  double half_rest_s = 0;  // the time for which half of its blocks have stayed the same
+  // Blocks of which at least half shows something nearer. The rim of a known surface has none.
+  int full_blocks = 0;
+  bool is_cut = false;  // reaches the border of the image: what it shows may go on beyond
   // Points that no known surface explains (kNearer), in the frame L, at most one per 2 x 2 pixels.
+  // While the sensor moves, only those at places that an earlier frame saw through: they are of
+  // what has come, and not of what was always there and is seen for the first time.
   std::vector<Eigen::Vector3f> points_L = {};
 };
 
@@ -76,6 +83,11 @@ struct FrameEvidence {
   Stamp stamp = {};
   Pose X_WC = Pose::Identity();  // p_W = X_WC.translation() + p_L
   bool is_still = false;         // the sensor has the same pose as before, to the bit
+  // The sensor has another pose than before: X_WC is the given one, corrected by the surfaces that
+  // it sees, and its error is not known to better than this.
+  bool is_moving = false;
+  PoseSigma pose_sigma = {};
+  bool may_move = false;  // the sensor's frames have poses of their own
   DepthCamera camera = {};
   SensorNoise noise = {};
   std::shared_ptr<const DepthImage> image = {};
@@ -84,7 +96,7 @@ struct FrameEvidence {
   std::vector<HotRegion> regions = {};    // the largest first
   // At the stamp; only those whose state is known then and that no ray contradicts.
   std::vector<RobotLinks> robots = {};
-  // False until the sensor has learnt its reference: differences are not judged before.
+  // False while the sensor moves, and until it has learnt its reference once it stands.
   bool has_reference = false;
 };
 

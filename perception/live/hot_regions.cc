@@ -17,6 +17,13 @@ namespace {
 // depths, and so must be this share of the pixels that return in both.
 constexpr float kRestGate = 3 * std::numbers::sqrt2_v<float>;
 constexpr double kRestShare = 0.85;
+// chosen: depth cameras have no returns in the outermost pixels of an image.
+constexpr int kCut_px = 2 * kBlock_px;
+// chosen: the pixels of a block whose places in the world are looked at: every so many along rows
+// and columns.
+constexpr int kAgeStep_px = 4;
+// chosen: so many of a block's 16 points must have entered, since single ones are mixed pixels.
+constexpr std::size_t kLeastEntered = 8;
 // chosen: outlines flicker by so much (Kinect: 0.8 pixels, Nguyen et al. 2012).
 constexpr int kFlicker_px = 1;
 
@@ -96,29 +103,72 @@ void HotRegions::UpdateRest(const DepthImage& image, const FrameClasses& classes
   }
 }
 
-HotRegions::Rest HotRegions::RestOf(const std::vector<std::int32_t>& blocks) const {
+void HotRegions::UpdateRestInWorld(const DepthImage& image, const FrameClasses& classes,
+                                   const PixelRays& rays, Stamp stamp, const Vector3& origin_W) {
+  age_.Prune(stamp);
+  std::vector<Rest> rests;
+  for (std::size_t i = 0; i < rests_.size(); ++i) {
+    rests_[i] = {.since = stamp};
+    if (classes.hot_blocks[i] == 0) continue;
+    const PixelRectangle pixels = PixelsOf(static_cast<std::int32_t>(i));
+    rests.clear();
+    for (int v = pixels.v_begin + 1; v < pixels.v_end; v += kAgeStep_px) {
+      for (int u = pixels.u_begin + 1; u < pixels.u_end; u += kAgeStep_px) {
+        const std::size_t pixel = static_cast<std::size_t>(v) * width_ + u;
+        if (classes.pixels[pixel] != PixelClass::kNearer) continue;
+        const Vector3 p_W = origin_W + rays.Point(u, v, image.depth_m[pixel]).cast<double>();
+        const SurfaceAge::Age& age = age_.See(p_W, stamp);
+        rests.push_back({.frames = age.frames - 1, .since = age.since});
+      }
+    }
+    if (rests.empty()) continue;
+    const auto shortest = rests.begin() + static_cast<std::ptrdiff_t>(rests.size() / 2);
+    std::ranges::nth_element(rests, shortest, {}, &Rest::frames);
+    rests_[i] = *shortest;
+  }
+}
+
+void HotRegions::KeepEntered(const MovingSensor& moving, std::size_t first,
+                             std::vector<Eigen::Vector3f>& points_L) {
+  const auto has_entered = [&](const Eigen::Vector3f& p_L) {
+    return moving.past->SawThrough(moving.X_WC.translation() + p_L.cast<double>(), moving.sigma);
+  };
+  std::size_t kept = first;
+  for (std::size_t i = first; i < points_L.size(); ++i) {
+    // Most blocks have none, and some of their points tell.
+    if (kept == first && i >= first + kLeastEntered) break;
+    if (has_entered(points_L[i])) points_L[kept++] = points_L[i];
+  }
+  points_L.resize(kept - first >= kLeastEntered ? kept : first);
+}
+
+HotRegions::Rest HotRegions::RestOf(const std::vector<std::int32_t>& blocks, double share) const {
   std::vector<Rest> rests;
   rests.reserve(blocks.size());
   for (const std::int32_t block : blocks) {
     rests.push_back(rests_[static_cast<std::size_t>(block)]);
   }
-  const auto shortest = rests.begin() + static_cast<std::ptrdiff_t>(
-                                            (1 - kMainShare) * static_cast<double>(rests.size()));
+  const auto shortest =
+      rests.begin() + static_cast<std::ptrdiff_t>((1 - share) * static_cast<double>(rests.size()));
   std::ranges::nth_element(rests, shortest, {}, &Rest::frames);
   return *shortest;
 }
 
 HotRegion HotRegions::Describe(std::vector<std::int32_t> blocks, const DepthImage& image,
                                const FrameClasses& classes, const std::vector<BodyId>& body,
-                               const PixelRays& rays, Stamp stamp) const {
+                               const PixelRays& rays, Stamp stamp,
+                               const MovingSensor* moving) const {
   std::ranges::sort(blocks);
   HotRegion region;
-  const Rest rest = RestOf(blocks);
+  const Rest rest = RestOf(blocks, kMainShare);
   region.rest_frames = rest.frames;
   region.rest_s = std::chrono::duration<double>(stamp - rest.since).count();
+  region.half_rest_s = std::chrono::duration<double>(stamp - RestOf(blocks, 0.5).since).count();
   for (const std::int32_t block : blocks) {
     const PixelRectangle pixels = PixelsOf(block);
     BodyId last = kNoBody;
+    const std::size_t first_point = region.points_L.size();
+    const int nearer_before = region.nearer;
     for (int v = pixels.v_begin; v < pixels.v_end; v += 2) {
       for (int u = pixels.u_begin; u < pixels.u_end; u += 2) {
         bool has_point = false;
@@ -138,6 +188,10 @@ HotRegion HotRegions::Describe(std::vector<std::int32_t> blocks, const DepthImag
         }
       }
     }
+    region.full_blocks += 2 * (region.nearer - nearer_before) >= kBlock_px * kBlock_px ? 1 : 0;
+    region.is_cut |= pixels.u_begin < kCut_px || pixels.v_begin < kCut_px ||
+                     pixels.u_end > width_ - kCut_px || pixels.v_end > height_ - kCut_px;
+    if (moving != nullptr) KeepEntered(*moving, first_point, region.points_L);
   }
   std::ranges::sort(region.bodies);
   region.bodies.erase(std::unique(region.bodies.begin(), region.bodies.end()), region.bodies.end());
@@ -147,8 +201,12 @@ HotRegion HotRegions::Describe(std::vector<std::int32_t> blocks, const DepthImag
 
 std::vector<HotRegion> HotRegions::Find(const DepthImage& image, const FrameClasses& classes,
                                         const std::vector<BodyId>& body, const PixelRays& rays,
-                                        Stamp stamp, bool is_still) {
-  UpdateRest(image, classes, stamp, is_still);
+                                        Stamp stamp, bool is_still, const MovingSensor* moving) {
+  if (moving != nullptr) {
+    UpdateRestInWorld(image, classes, rays, stamp, moving->X_WC.translation());
+  } else {
+    UpdateRest(image, classes, stamp, is_still);
+  }
   std::vector<HotRegion> regions;
   std::vector<std::uint8_t> left = classes.hot_blocks;
   for (std::size_t first = 0; first < left.size(); ++first) {
@@ -166,7 +224,7 @@ std::vector<HotRegion> HotRegions::Find(const DepthImage& image, const FrameClas
         }
       }
     }
-    regions.push_back(Describe(std::move(blocks), image, classes, body, rays, stamp));
+    regions.push_back(Describe(std::move(blocks), image, classes, body, rays, stamp, moving));
   }
   std::ranges::stable_sort(regions, std::greater(),
                            [](const HotRegion& region) { return region.blocks.size(); });

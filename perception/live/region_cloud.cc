@@ -120,7 +120,10 @@ PointCloud RegionCloud(const FrameEvidence& frame, const RegionRequest& request,
       // What differs beside the region is of another one.
       const bool differs = frame.classes->pixels[i] != PixelClass::kConsistent;
       if (is_context && differs) continue;
-      if (is_context && request.is_new_surface && !supports.Explain(frame.X_WC * p_C, depth_m)) {
+      // Of what was known before, a new surface needs only the supports.
+      const bool is_new = windows[i] == 2 && frame.classes->pixels[i] == PixelClass::kNearer;
+      if (request.is_new_surface && !request.is_whole_view && !is_new &&
+          !supports.Explain(frame.X_WC * p_C, depth_m)) {
         continue;
       }
       // A changed pixel is never that of a body that did not change.

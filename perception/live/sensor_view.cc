@@ -11,12 +11,17 @@
 #include "perception/live/body_evidence.h"
 #include "perception/live/compare_frame.h"
 #include "perception/live/hot_regions.h"
+#include "perception/live/past_views.h"
+#include "perception/live/pose_estimate.h"
 #include "perception/live/reference_image.h"
 
 namespace cwm::perception {
 
 namespace {
 constexpr float kNothing_m = std::numeric_limits<float>::infinity();
+// chosen: a correction of a pose that is as small changes no class of a pixel.
+constexpr double kLeastCorrection_m = 0.001;
+constexpr double kLeastCorrection_px = 0.5;
 }  // namespace
 
 struct SensorView::State {
@@ -49,6 +54,7 @@ struct SensorView::State {
         gates(camera.width, camera.height),
         reference(camera, noise),
         regions(camera, noise),
+        past(camera, noise),
         expected_m(camera.pixel_count(), std::numeric_limits<float>::infinity()),
         body(camera.pixel_count(), kNoBody),
         pixel_counts(static_cast<std::size_t>(kNoBody) + 1, 0) {}
@@ -74,7 +80,14 @@ struct SensorView::State {
   }
   std::vector<BodyEvidence> Evidence(std::span<const KnownBody> bodies, const DepthImage& image,
                                      const FrameClasses& classes, const PixelRays& rays);
+  // Fills `shown` and `passed` of a body for a sensor that moves.
+  void CountPassedWhileMoving(const FrameClasses& frame_classes, BodyEvidence& evidence) const;
   std::shared_ptr<FrameClasses> FreshClasses();
+  Pose Corrected(const Pose& X_WC_given) const;
+  const ExpectedView& Expect(std::span<const KnownBody> bodies, const Pose& X_WC);
+  // Corrects the pose of a frame of a sensor that moves.
+  void CorrectPose(const SensorFrame& frame, std::span<const KnownBody> bodies,
+                   const RobotMask& robots);
 
   std::string name;
   DepthCamera camera;
@@ -83,13 +96,20 @@ struct SensorView::State {
   ExpectedGates gates;
   ReferenceImage reference;
   HotRegions regions;
+  PastViews past;  // of a sensor that moves
   SeenSurface seen;
   BodyPixels by_body;
   BlockCounts blocks;
 
   bool has_frame = false;
-  bool is_moving = false;  // the last frame had another pose than the one before
-  Pose X_WC = Pose::Identity();
+  bool is_moving = false;              // the last frame had another pose than the one before
+  bool has_moved = false;              // any frame had
+  Pose X_WC_given = Pose::Identity();  // of the last frame
+  Pose X_WC = Pose::Identity();        // the same, corrected
+  // The correction of the last frame: it moves the sensor by `shift_W`, and turns it by `turn_W`.
+  Vector3 shift_W = Vector3::Zero();
+  Matrix3 turn_W = Matrix3::Identity();
+  PoseEstimate estimate = {};                   // of the last frame of a sensor that moves
   std::shared_ptr<const DepthImage> image;      // the last one
   std::shared_ptr<FrameClasses> classes;        // of the last frame
   std::shared_ptr<FrameClasses> other_classes;  // of the frame before, to be used again
@@ -156,8 +176,14 @@ void SensorView::State::TakeExpected(std::span<const KnownBody> bodies, const De
   last_changed = kNoBody;
   if (changed.empty()) return;
   const std::vector<BodyId> moved = MovedBodies(bodies);
+  int radius_px = ExpectedGates::kStillRadius_px;
+  if (is_moving) {
+    radius_px =
+        ExpectedGates::MovingRadius_px(estimate.sigma.rotation_rad * camera.pinhole.focal_u_px);
+    noise.SetPoseError(estimate.depth_sigma_m);
+  }
   for (const PixelRectangle& rectangle : changed) {
-    gates.Refresh(rectangle, view.depth_m(), noise, is_moving);
+    gates.Refresh(rectangle, view.depth_m(), noise, is_moving, radius_px);
   }
   for (const PixelRectangle& rectangle : changed) {
     for (int v = rectangle.v_begin; v < rectangle.v_end; ++v) {
@@ -183,6 +209,21 @@ void SensorView::State::TakeExpected(std::span<const KnownBody> bodies, const De
   std::ranges::sort(poses, {}, &KnownPose::id);
   std::erase_if(bodies_in_view,
                 [this](const auto& entry) { return pixel_counts[entry.first] == 0; });
+}
+
+void SensorView::State::CountPassedWhileMoving(const FrameClasses& frame_classes,
+                                               BodyEvidence& evidence) const {
+  const PixelRectangle bounds = view.BoundsOf(evidence.id);
+  for (int v = bounds.v_begin; v < bounds.v_end; ++v) {
+    for (int u = bounds.u_begin; u < bounds.u_end; ++u) {
+      const std::size_t i = static_cast<std::size_t>(v) * camera.width + u;
+      if (body[i] != evidence.id) continue;
+      if (frame_classes.pixels[i] == PixelClass::kFarther) ++evidence.passed;
+      if (frame_classes.pixels[i] != PixelClass::kConsistent) continue;
+      const float tolerance_m = noise.ExplainedWhileMoving_m(expected_m[i]);
+      if (gates.high_m()[i] <= expected_m[i] + 2 * tolerance_m) ++evidence.shown;
+    }
+  }
 }
 
 std::vector<BodyEvidence> SensorView::State::Evidence(std::span<const KnownBody> bodies,
@@ -229,7 +270,9 @@ std::vector<BodyEvidence> SensorView::State::Evidence(std::span<const KnownBody>
   }
   for (std::size_t i = 0; i < evidence.size(); ++i) {
     if (!known_of[i]->IsFollowed()) continue;
-    if (evidence[i].is_hot) {
+    if (evidence[i].is_hot && is_moving) {
+      CountPassedWhileMoving(frame_classes, evidence[i]);
+    } else if (evidence[i].is_hot) {
       CountPassed(view, frame, frame_classes, reference, noise, evidence[i]);
     } else if (!HasJustMoved(evidence[i].id)) {
       continue;
@@ -252,11 +295,43 @@ SensorView::SensorView(std::string sensor, const DepthCamera& camera, const Sens
 
 SensorView::~SensorView() = default;
 
+Pose SensorView::State::Corrected(const Pose& X_WC_given_now) const {
+  // To the bit while the sensor stands.
+  if (has_frame && X_WC_given_now.matrix() == X_WC_given.matrix()) return X_WC;
+  Pose corrected = X_WC_given_now;
+  corrected.translation() += shift_W;
+  corrected.linear() = turn_W * X_WC_given_now.linear();
+  return corrected;
+}
+
+const ExpectedView& SensorView::State::Expect(std::span<const KnownBody> bodies,
+                                              const Pose& X_WC_now) {
+  view.Update(bodies, X_WC_now);
+  changed.insert(changed.end(), view.changed().begin(), view.changed().end());
+  return view;
+}
+
+void SensorView::State::CorrectPose(const SensorFrame& frame, std::span<const KnownBody> bodies,
+                                    const RobotMask& robots) {
+  const Pose X_WC_before = X_WC;
+  estimate =
+      EstimatePose(view, X_WC, *frame.image, robots, camera, noise, frame.X_WC, frame.pose_sigma);
+  // What is much less than the tolerances is not worth another view.
+  const Eigen::AngleAxisd turn(Matrix3(estimate.X_WC.linear() * X_WC.linear().transpose()));
+  if ((estimate.X_WC.translation() - X_WC.translation()).norm() < kLeastCorrection_m &&
+      turn.angle() * camera.pinhole.focal_u_px < kLeastCorrection_px) {
+    return;
+  }
+  X_WC = estimate.X_WC;
+  shift_W = X_WC.translation() - frame.X_WC.translation();
+  turn_W = X_WC.linear() * frame.X_WC.linear().transpose();
+  if (X_WC.matrix() == X_WC_before.matrix()) return;
+  changed.clear();
+  Expect(bodies, X_WC);
+}
+
 const ExpectedView& SensorView::Expect(std::span<const KnownBody> bodies, const Pose& X_WC) {
-  state_->view.Update(bodies, X_WC);
-  const std::vector<PixelRectangle>& changed = state_->view.changed();
-  state_->changed.insert(state_->changed.end(), changed.begin(), changed.end());
-  return state_->view;
+  return state_->Expect(bodies, state_->Corrected(X_WC));
 }
 
 FrameEvidence SensorView::Observe(const SensorFrame& frame, std::span<const KnownBody> bodies,
@@ -265,20 +340,22 @@ FrameEvidence SensorView::Observe(const SensorFrame& frame, std::span<const Know
   const DepthCamera& camera = state.camera;
   assert(frame.image != nullptr && frame.image->depth_m.size() == camera.pixel_count());
   const DepthImage& image = *frame.image;
-  const bool is_same_pose = state.X_WC.matrix() == frame.X_WC.matrix();
+  const bool is_same_pose = state.X_WC_given.matrix() == frame.X_WC.matrix();
   const bool is_still = state.has_frame && is_same_pose;
   const bool was_moving = state.is_moving;
   state.is_moving = state.has_frame && !is_same_pose;
+  state.X_WC = state.Corrected(frame.X_WC);
   state.has_frame = true;
-  state.X_WC = frame.X_WC;
+  state.X_WC_given = frame.X_WC;
   if (state.is_moving && !was_moving) state.reference.Forget();
 
-  Expect(bodies, frame.X_WC);
+  state.Expect(bodies, state.X_WC);
+  if (state.is_moving) state.CorrectPose(frame, bodies, robots);
   // Tolerances are others while the sensor moves.
   if (was_moving != state.is_moving) state.changed.assign(1, state.whole());
   state.TakeExpected(bodies, image, robots);
 
-  const PixelRays rays(camera, frame.X_WC);
+  const PixelRays rays(camera, state.X_WC);
   for (const auto& [id, view] : state.bodies_in_view) state.by_body.Clear(id);
   FrameClasses& classes = *state.FreshClasses();
   const KnownView known = {.expected_m = &state.expected_m,
@@ -287,22 +364,32 @@ FrameEvidence SensorView::Observe(const SensorFrame& frame, std::span<const Know
                            .reference = state.is_moving ? nullptr : &state.reference,
                            .is_first = !state.is_moving && !state.reference.usable(),
                            .seen = state.is_moving && !state.seen.empty() ? &state.seen : nullptr,
-                           .X_WC = frame.X_WC};
+                           .X_WC = state.X_WC};
   CompareFrame(image, camera, known, robots, classes, state.by_body, state.blocks);
 
   FrameEvidence evidence;
   evidence.sensor = state.name;
   evidence.stamp = frame.stamp;
-  evidence.X_WC = frame.X_WC;
+  evidence.X_WC = state.X_WC;
   evidence.is_still = is_still;
+  evidence.may_move = frame.may_move;
+  evidence.is_moving = state.is_moving;
+  if (state.is_moving) evidence.pose_sigma = state.estimate.sigma;
   evidence.camera = camera;
   evidence.noise = state.noise.model();
   evidence.image = frame.image;
   evidence.classes = state.classes;
   evidence.has_reference = !state.is_moving && state.reference.usable();
   evidence.bodies = state.Evidence(bodies, image, classes, rays);
-  evidence.regions = state.regions.Find(image, classes, state.body, rays, frame.stamp, is_still);
+  const HotRegions::MovingSensor moving = {
+      .X_WC = state.X_WC, .sigma = evidence.pose_sigma, .past = &state.past};
+  evidence.regions = state.regions.Find(image, classes, state.body, rays, frame.stamp, is_still,
+                                        state.is_moving ? &moving : nullptr);
 
+  state.has_moved |= state.is_moving;
+  if (state.has_moved) {
+    state.past.Keep(frame.image, state.X_WC, evidence.pose_sigma, frame.stamp);
+  }
   if (!state.is_moving) {
     state.reference.Learn(
         {.depth_m = image.depth_m, .classes = &classes, .expected_m = state.expected_m});
@@ -311,8 +398,14 @@ FrameEvidence SensorView::Observe(const SensorFrame& frame, std::span<const Know
   return evidence;
 }
 
-void SensorView::Remember(const FrameEvidence& frame, std::span<const std::int32_t> blocks) {
-  state_->seen.Add(frame, blocks);
+void SensorView::Remember(const FrameEvidence& frame, std::span<const std::int32_t> blocks,
+                          std::span<const KnownBody> bodies) {
+  const DepthCamera& camera = state_->camera;
+  ExpectedView view(camera);
+  view.Update(bodies, frame.X_WC);
+  ExpectedGates gates(camera.width, camera.height);
+  gates.Refresh(state_->whole(), view.depth_m(), state_->noise, /*is_moving=*/true);
+  state_->seen.Add(frame, blocks, gates);
 }
 
 void SensorView::Accept(std::span<const std::int32_t> blocks) {

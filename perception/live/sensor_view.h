@@ -18,6 +18,8 @@ struct SensorFrame {
   Stamp stamp = {};
   Pose X_WC = Pose::Identity();
   std::shared_ptr<const DepthImage> image = {};  // of the camera's size
+  PoseSigma pose_sigma = {};                     // of X_WC; zero: exact
+  bool may_move = false;  // the pose is one of the frame, and not of the sensor
 };
 
 // Not thread safe. Deterministic: its state follows from the calls alone.
@@ -27,12 +29,17 @@ class SensorView {
   ~SensorView();
 
   // The view of the bodies that the next frame will be compared with, for those who need it before
-  // Observe, such as the robot's mask. Observe does not render it again.
+  // Observe, such as the robot's mask. Observe does not render it again, unless it corrects the
+  // pose of a sensor that moves.
   const ExpectedView& Expect(std::span<const KnownBody> bodies, const Pose& X_WC);
 
   // Compares the frame with the bodies and with the reference, and lets the reference learn from
   // pixels at rest. Frames come in the order of their stamps. A change of X_WC forgets the
   // reference. The bodies have different ids.
+  //
+  // The pose of a sensor that moves is corrected, within its standard deviations, by the known
+  // surfaces that the frame shows (EstimatePose); the evidence has the corrected pose. The
+  // correction stays while the sensor then stands.
   //
   // Until the reference is usable (three frames), and while the sensor moves, frames are compared
   // with the expected view alone. The first frames become the reference except where they
@@ -42,9 +49,11 @@ class SensorView {
   FrameEvidence Observe(const SensorFrame& frame, std::span<const KnownBody> bodies,
                         const RobotMask& robots);
 
-  // Remembers what an earlier frame showed in these blocks: it was interpreted. While the sensor
-  // moves, surfaces that were seen before are consistent, modelled or not.
-  void Remember(const FrameEvidence& frame, std::span<const std::int32_t> blocks);
+  // Remembers what an earlier frame showed in these blocks: it was interpreted, and the world holds
+  // these bodies now. While the sensor moves, surfaces that were seen before are consistent,
+  // modelled or not.
+  void Remember(const FrameEvidence& frame, std::span<const std::int32_t> blocks,
+                std::span<const KnownBody> bodies);
 
   // Takes the last frame as the reference in these blocks: what they show was interpreted, and the
   // world holds what could be told of it. Not in pixels of robots, nor while the sensor moves.

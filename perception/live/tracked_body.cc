@@ -24,8 +24,12 @@ constexpr double kMinVisibleShare = 0.15;
 // but its model is larger than it. Equal odds at 0.61, as for single scans.
 constexpr double kThroughIfGone = 0.9;
 constexpr double kThroughIfThere = 0.25;
+// chosen: models of what a moving sensor saw in one view are larger than it in others. Equal odds
+// at 0.73.
+constexpr double kThroughIfThereWhileMoving = 0.5;
 // chosen: one frame alone never decides, however many pixels it has: its errors are correlated.
 constexpr double kMostOfAFrame = 8;
+constexpr double kMostOfAMovingFrame = 4;  // chosen: the error of a pose lasts for some frames
 constexpr double kMostCertain = 12;
 constexpr double kGone = 10;
 constexpr int kLeastThroughFrames = 2;
@@ -68,6 +72,40 @@ Visibility VisibilityOf(const BodyEvidence& evidence) {
   return visible < kMinVisibleShare * informed ? Visibility::kOccluded : Visibility::kVisible;
 }
 
+// The least shift by which a body at rest is told to have moved.
+double LeastShift_m(const FrameEvidence& frame, const KnownBody& body) {
+  const double range_m = (body.X_WB.translation() - frame.X_WC.translation()).norm();
+  return std::max(kLeastShift_m, kGate_sigma * frame.pose_sigma.At_m(range_m));
+}
+
+// True if something came to a hot region at the body, see HotRegion::points_L.
+bool HasEntered(const FrameEvidence& frame, BodyId body) {
+  return std::ranges::any_of(frame.regions, [&](const HotRegion& region) {
+    return region.points_L.size() >= kLeastChanged_px &&
+           std::ranges::binary_search(region.bodies, body);
+  });
+}
+
+// True if the pose explains what came to the hot regions at the body, and the old pose does not.
+bool ExplainsEntered(const FrameEvidence& frame, const KnownBody& body,
+                     const std::shared_ptr<const BodySurface>& surface, const Pose& X_WB) {
+  const auto placed = [&](Pose X_LB) {
+    X_LB.translation() -= frame.X_WC.translation();
+    return PlacedSurface{surface, X_LB};
+  };
+  const PlacedSurface now = placed(X_WB);
+  const PlacedSurface before = placed(body.X_WB);
+  const double within_m = FitGate_m(frame, X_WB);
+  int count = 0;
+  for (const HotRegion& region : frame.regions) {
+    for (const Eigen::Vector3f& p : region.points_L) {
+      const Vector3 p_L = p.cast<double>();
+      count += now.Explains(p_L, within_m) && !before.Explains(p_L, within_m) ? 1 : 0;
+    }
+  }
+  return count >= kLeastChanged_px;
+}
+
 // The motion that explains the depths, damped where they do not determine it: translation in
 // metres, and rotation in metres at the lever.
 Vector6 ShiftOf(const BodyEvidence& evidence, double lever_m) {
@@ -107,7 +145,8 @@ double StudentGate(std::size_t degrees) {
 
 }  // namespace
 
-bool TrackedBody::IsGone(const BodyEvidence& evidence, Stamp stamp, SensorEvidence& sensor) {
+bool TrackedBody::IsGone(const FrameEvidence& frame, const BodyEvidence& evidence,
+                         SensorEvidence& sensor) {
   // A body of which nothing differs is there.
   const int passed = evidence.passed;
   const int shown = evidence.is_hot ? evidence.shown : evidence.consistent;
@@ -115,19 +154,20 @@ bool TrackedBody::IsGone(const BodyEvidence& evidence, Stamp stamp, SensorEviden
       passed + shown < kMinVisibleShare * evidence.expected) {
     return false;
   }
-  static const double through = std::log(kThroughIfGone / kThroughIfThere);
-  static const double there = std::log((1 - kThroughIfGone) / (1 - kThroughIfThere));
+  const double if_there = frame.is_moving ? kThroughIfThereWhileMoving : kThroughIfThere;
+  const double through = std::log(kThroughIfGone / if_there);
+  const double there = std::log((1 - kThroughIfGone) / (1 - if_there));
   const double odds = (passed * through + shown * there) / kPointsPerIndependentSample;
   if (odds <= 0) {
     sensor.through_frames = 0;
   } else if (sensor.through_frames++ == 0) {
-    sensor.through_since = stamp;
+    sensor.through_since = frame.stamp;
   }
+  const double most = frame.is_moving ? kMostOfAMovingFrame : kMostOfAFrame;
   sensor.gone_log_odds =
-      std::clamp(sensor.gone_log_odds + std::clamp(odds, -kMostOfAFrame, kMostOfAFrame),
-                 -kMostCertain, kMostCertain);
+      std::clamp(sensor.gone_log_odds + std::clamp(odds, -most, most), -kMostCertain, kMostCertain);
   if (sensor.through_frames < kLeastThroughFrames ||
-      stamp - sensor.through_since < kLeastThroughTime) {
+      frame.stamp - sensor.through_since < kLeastThroughTime) {
     return false;
   }
   double all = 0;  // what other sensors see counts as well
@@ -280,7 +320,11 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
   const double least_px = std::max<double>(kLeastChanged_px, kLeastChangedShare * visible);
   // Points in front never pull a pose, unless they can only be the body itself.
   const bool is_nearer = !is_touched && evidence.nearer >= least_px;
-  const bool is_displaced = evidence.is_hot && (evidence.farther >= least_px || is_nearer);
+  // A moving sensor sees bodies from new sides, where models often lack something.
+  const bool may_be_displaced = frame.is_moving
+                                    ? evidence.farther >= least_px && HasEntered(frame, body.id)
+                                    : evidence.farther >= least_px || is_nearer;
+  const bool is_displaced = evidence.is_hot && may_be_displaced;
   if (follows_poses && (is_displaced || !rests())) {
     const double within_m = FitGate_m(frame, body.X_WB);
     fit = FitPose(frame, OwnPoints(evidence, supports, within_m), *surface_, body.X_WB,
@@ -288,13 +332,16 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
     const bool is_seen_through = evidence.farther > evidence.consistent;
     if (!fit && is_seen_through) fit = FindInRegions(frame, *surface_, body.X_WB);
   }
+  if (fit && frame.is_moving && rests() && !ExplainsEntered(frame, body, surface_, *fit)) {
+    fit.reset();
+  }
   if (fit) last_fit_ = frame.stamp;
   Outcome outcome;
   if (!rests()) {
     if (sensor.visibility == Visibility::kVisible) {
       outcome.X_WB = Follow(frame.stamp, body.X_WB, fit);
     }
-  } else if (fit && LargestShift_m(*surface_, body.X_WB, *fit) >= kLeastShift_m) {
+  } else if (fit && LargestShift_m(*surface_, body.X_WB, *fit) >= LeastShift_m(frame, body)) {
     facts_.motion = Motion::kMoving;
     poses_.assign({{frame.stamp, *fit}});
     outcome.X_WB = fit;
@@ -305,7 +352,7 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
     // A body that moves may be ahead of where it is looked for, and be found again.
     const bool may_be_found = !rests() && frame.stamp - last_fit_ < kFoundAgain &&
                               ShowsElsewhere(frame, evidence.expected);
-    const bool is_gone = IsGone(evidence, frame.stamp, sensor) && !may_be_found;
+    const bool is_gone = IsGone(frame, evidence, sensor) && !may_be_found;
     outcome.is_gone = is_gone || IsLostForLong(frame.stamp);
   }
   return outcome;

@@ -60,7 +60,7 @@ class TrackedBody {
     Pose X_WB = Pose::Identity();
   };
 
-  bool IsGone(const BodyEvidence& evidence, Stamp stamp, SensorEvidence& sensor);
+  bool IsGone(const FrameEvidence& frame, const BodyEvidence& evidence, SensorEvidence& sensor);
   bool IsLostForLong(Stamp stamp);
   std::optional<Pose> SmallShift(const FrameEvidence& frame, const BodyEvidence& evidence,
                                  const KnownBody& body, SensorEvidence& sensor) const;

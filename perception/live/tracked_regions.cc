@@ -20,9 +20,18 @@ constexpr double kLeastRestOfCut_s = 3;
 constexpr double kCutShare = 0.1;
 // derived: the points of a region reach one block beyond its own.
 constexpr int kSharedBlocks = 2;
-// chosen: smaller surfaces that a moving sensor sees for the first time may be the fringe of known
-// ones, by the error of its pose. A cup at 1.5 m has two thousand pixels.
-constexpr int kLeastNewSurface_px = 1000;
+// chosen: surfaces that a moving sensor sees for the first time and that fill fewer blocks may be
+// the fringe of known ones, by the error of its pose. A cup at 1.5 m has thirty blocks.
+constexpr int kLeastNewSurface_blocks = 6;
+// derived: what has come or gone and still moves, at 3 cm/s or more, leaves a cell of the world in
+// this time.
+constexpr double kLeastRestInWorld_s = 1;
+// chosen: what reaches the border of a moving sensor's view is seen whole a little later, or it is
+// larger than the view.
+constexpr double kLeastRestAtBorder_s = 2;
+// chosen: if so much of a moving sensor's view is new, all of it is interpreted, so that large
+// surfaces are found whole. A camera that turns has a few such views a second at most.
+constexpr double kLargelyNew = 0.2;
 
 bool Intersects(const std::vector<std::int32_t>& a, const std::vector<std::int32_t>& b) {
   auto i = a.begin();
@@ -94,6 +103,8 @@ std::vector<RegionRequest> TrackedRegions::Request(const FrameEvidence& frame,
   KeepRest(frame);
   stamp_ = frame.stamp;
   const bool has_moved = has_pose_ && frame.X_WC.matrix() != X_WC_.matrix();
+  // The second frame tells whether a sensor moves that may.
+  const bool is_unclear = !has_pose_ && frame.may_move;
   has_pose_ = true;
   X_WC_ = frame.X_WC;
   if (has_moved) {
@@ -101,9 +112,9 @@ std::vector<RegionRequest> TrackedRegions::Request(const FrameEvidence& frame,
     knows_view_ = false;
     asked_for_view_ = false;
     for (auto& [number, pending] : pending_) pending.is_view = false;
-    return frame.stamp < not_before_ ? std::vector<RegionRequest>() : RequestNew(frame);
+    return frame.stamp < not_before_ ? std::vector<RegionRequest>() : RequestNew(frame, is_moving);
   }
-  if (frame.stamp < not_before_) return {};
+  if (is_unclear || frame.stamp < not_before_) return {};
   if (!asked_for_view_) return RequestView(frame);
   return knows_view_ ? RequestRested(frame, is_moving) : std::vector<RegionRequest>();
 }
@@ -119,12 +130,32 @@ std::vector<RegionRequest> TrackedRegions::RequestView(const FrameEvidence& fram
   return {std::move(request)};
 }
 
-std::vector<RegionRequest> TrackedRegions::RequestNew(const FrameEvidence& frame) {
+std::vector<RegionRequest> TrackedRegions::RequestNew(const FrameEvidence& frame,
+                                                      const IsMoving& is_moving) {
   if (interprets()) return {};
   RegionRequest request{.is_new_surface = true};
+  int new_blocks = 0;
   for (const HotRegion& region : frame.regions) {
-    if (region.nearer < kLeastNewSurface_px || region.nearer < region.farther) continue;
+    if (region.full_blocks < kLeastNewSurface_blocks || region.nearer < region.farther) continue;
+    if (std::ranges::any_of(region.bodies, is_moving)) continue;
+    if (region.is_cut) {
+      if (region.half_rest_s >= kLeastRest_s) new_blocks += region.full_blocks;
+      request.is_whole_view |= region.half_rest_s >= kLeastRestAtBorder_s;
+      continue;
+    }
+    const double least_rest_s = IsCut(frame, region) ? kLeastRestOfCut_s
+                                : region.points_L.empty() && region.farther == 0
+                                    ? kLeastRest_s
+                                    : kLeastRestInWorld_s;
+    if (region.rest_s < least_rest_s || region.rest_frames < kLeastRestFrames) continue;
+    new_blocks += region.full_blocks;
     request.blocks.insert(request.blocks.end(), region.blocks.begin(), region.blocks.end());
+  }
+  const auto all_blocks = static_cast<int>(frame.classes->hot_blocks.size());
+  request.is_whole_view |= new_blocks >= kLargelyNew * all_blocks;
+  if (request.is_whole_view) {
+    request.blocks.resize(frame.classes->hot_blocks.size());
+    std::iota(request.blocks.begin(), request.blocks.end(), 0);
   }
   if (request.blocks.empty()) return {};
   std::ranges::sort(request.blocks);

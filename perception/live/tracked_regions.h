@@ -43,7 +43,7 @@ class TrackedRegions {
 
   std::vector<RegionRequest> RequestView(const FrameEvidence& frame);
   std::vector<RegionRequest> RequestRested(const FrameEvidence& frame, const IsMoving& is_moving);
-  std::vector<RegionRequest> RequestNew(const FrameEvidence& frame);
+  std::vector<RegionRequest> RequestNew(const FrameEvidence& frame, const IsMoving& is_moving);
   void KeepRest(const FrameEvidence& frame);
   std::uint64_t Ask(const FrameEvidence& frame, std::vector<std::int32_t> blocks, bool is_view);
 

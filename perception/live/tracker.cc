@@ -261,9 +261,9 @@ StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> 
     const bool rests = found == state_->bodies.end() || found->second.rests();
     return !rests || state_->IsCarried(id);
   });
-  // Before the view was interpreted all in it is new, and a moving sensor cannot tell what moves
-  // from the errors of its pose.
-  if (!sensor.regions.knows_view() || !frame.has_reference) {
+  // Before the view of a sensor that stands was interpreted all in it is new.
+  const bool knows_view = sensor.regions.knows_view() && frame.has_reference;
+  if (!knows_view && !frame.is_moving) {
     if (!sensor.pieces.empty()) result.changes.push_back(MoversChange({}));
     sensor.pieces.clear();
     MoveCarried(frame, bodies, *state_, result);

@@ -52,7 +52,8 @@ struct RegionRequest {
   std::vector<std::int32_t> blocks = {};  // of the view, ascending
   std::vector<BodyId> bodies = {};        // known bodies that may have changed there
   bool is_whole_view = false;             // nothing of the view was interpreted before
-  // A moving sensor sees it for the first time: it may add things, and nothing else.
+  // A moving sensor sees it for the first time: it may add things, and parts to what was seen in
+  // part. A whole view if much of it is new.
   bool is_new_surface = false;
 };
 

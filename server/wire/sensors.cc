@@ -273,6 +273,15 @@ absl::StatusOr<LiveFrame> FrameFromProto(const v1::SensorFrame& frame,
     return path.Item("pose_covariance", i)
         .Error(absl::StrCat("is ", value, ", must be finite, and a variance not negative"));
   }
+  if (numbers != 0) {
+    const auto sigma = [&frame](int first) {  // of three coordinates
+      double variance = 0;
+      for (const int i : {first, first + 1, first + 2})
+        variance += frame.pose_covariance(7 * i) / 3;
+      return std::sqrt(variance);
+    };
+    read.pose_sigma = {.translation_m = sigma(0), .rotation_rad = sigma(3)};
+  }
   return read;
 }
 

@@ -32,12 +32,17 @@ struct SensorCalibration {
   // Standard deviations of the given pose.
   double pose_sigma_m = 0.005;
   double pose_sigma_rad = 0.005;
+  perception::PoseSigma pose_sigma() const {
+    return {.translation_m = pose_sigma_m, .rotation_rad = pose_sigma_rad};
+  }
 };
 
 struct LiveFrame {
   perception::Stamp stamp = {};  // the middle of the exposure
   std::chrono::nanoseconds exposure = {};
   std::optional<Pose> X_WC = {};  // of this moment; wins over the calibration
+  // Of that pose; empty: as in the calibration.
+  std::optional<perception::PoseSigma> pose_sigma = {};
   perception::DepthCamera camera = {};
   std::shared_ptr<const perception::DepthImage> image = {};
   Clock::time_point received = {};  // when its last byte came

@@ -262,7 +262,12 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
   comparison.newest = frame.stamp;
   comparison.X_WC = place->X_WC;
   FrameEvidence evidence = comparison.view->Observe(
-      {.stamp = frame.stamp, .X_WC = place->X_WC, .image = frame.image}, bodies, seen.mask);
+      {.stamp = frame.stamp,
+       .X_WC = place->X_WC,
+       .image = frame.image,
+       .pose_sigma = frame.pose_sigma.value_or(calibration.pose_sigma()),
+       .may_move = frame.X_WC.has_value() || calibration.mount.has_value()},
+      bodies, seen.mask);
   std::erase_if(links, [&](const perception::RobotLinks& robot) {
     return std::ranges::find(seen.at_fault, robot.robot) != seen.at_fault.end();
   });
@@ -270,7 +275,7 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
   NoteSightings(evidence, *table, comparison);
   stages.End("compare");
   FrameOutcome outcome{.reason = std::move(seen.reason), .message = std::move(seen.message)};
-  outcome.X_WC = place->X_WC;
+  outcome.X_WC = evidence.X_WC;
   outcome.robot_state_age_ms = seen.state_age_ms;
   outcome.pixels = evidence.classes->counts;
   std::uint64_t number = 0;
@@ -304,7 +309,7 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
       std::make_shared<const DisplayFrame>(DisplayFrame{.number = number,
                                                         .sensor = calibration.sensor,
                                                         .stamp = frame.stamp,
-                                                        .X_WC = place->X_WC,
+                                                        .X_WC = evidence.X_WC,
                                                         .camera = frame.camera,
                                                         .image = frame.image,
                                                         .classes = evidence.classes,
@@ -442,7 +447,11 @@ void LiveWorld::InterpretRegion(const Session& session, const RegionJob& job) {
   }
   // Another camera has another view.
   if (comparison.view == nullptr || comparison.camera != job.frame.camera) return;
-  comparison.view->Remember(job.frame, job.request.blocks);
+  std::vector<std::int32_t> interpreted = job.request.blocks;
+  std::erase_if(interpreted, [&](std::int32_t block) {
+    return std::ranges::binary_search(outcome->cut_blocks, block);
+  });
+  comparison.view->Remember(job.frame, interpreted, numbers_.TableOf(world_->Tip())->bodies);
   if (job.request.is_whole_view) comparison.view->ForgetHidden(job.frame);
   if (!same.empty()) comparison.view->Accept(same);
 }

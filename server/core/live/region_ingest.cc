@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "perception/cloud/tolerances.h"
+#include "perception/live/new_surfaces.h"
 #include "perception/live/region_cloud.h"
 #include "server/core/ingest_plan.h"
 #include "server/core/stale_changes.h"
@@ -115,11 +116,13 @@ bool Contains(const std::vector<std::string>& names, const std::string& name) {
 class RegionRun {
  public:
   RegionRun(World& world, const RegionJob& job, const perception::PointCloud& cloud,
-            perception::SceneInterpretation scene, std::stop_token stop)
+            perception::SceneInterpretation scene, perception::NewSurfaces found,
+            std::stop_token stop)
       : world_(world),
         job_(job),
         cloud_(cloud),
         scene_(std::move(scene)),
+        found_(std::move(found)),
         stop_(std::move(stop)),
         detections_(scene_),
         geometry_(detections_) {}
@@ -131,6 +134,7 @@ class RegionRun {
     Restrict(match_, scope,
              job_.request.is_new_surface ? std::vector<double>(scene_.objects.size(), 1)
                                          : ChangedShares(job_, scene_));
+    Grow();
     const perception::Work work{.max_threads = job_.max_threads,
                                 .threads_now = job_.threads_now,
                                 .stop = stop_,
@@ -138,7 +142,10 @@ class RegionRun {
     if (auto ready = geometry_.PrepareFor(match_, IngestMode::kUpdate, work); !ready.ok()) {
       return ready;
     }
-    if (auto kept = world_.KeepGeometry(geometry_.prepared(), Durability::kObserved); !kept.ok()) {
+    std::vector<std::shared_ptr<const collision::PreparedModel>> geometry(
+        geometry_.prepared().begin(), geometry_.prepared().end());
+    for (const GrownObject& object : grown_) geometry.push_back(object.geometry);
+    if (auto kept = world_.KeepGeometry(geometry, Durability::kObserved); !kept.ok()) {
       return kept;
     }
     auto written = world_.Update(
@@ -150,12 +157,58 @@ class RegionRun {
   }
 
  private:
+  // An object that goes on where it was not seen before.
+  struct GrownObject {
+    WorldObjectPtr known;  // as the frame saw it
+    std::shared_ptr<const collision::PreparedModel> geometry;
+  };
+
+  // A support that is a part of a known one now is that one.
+  void Grow() {
+    for (const perception::GrownBody& body : found_.grown) {
+      const WorldObjectPtr known = job_.bodies->Find(body.body);
+      if (known == nullptr || known->owner == collision::Owner::kUser) continue;
+      grown_.push_back({known, collision::Prepare(body.model)});
+      const auto place = std::ranges::find(match_.known, known->name,
+                                           [](const WorldObjectPtr& each) { return each->name; });
+      if (place == match_.known.end()) continue;
+      for (Association& association : match_.associations) {
+        if (std::ranges::find(body.supports, association.support) == body.supports.end()) continue;
+        association.outcome = Outcome::kKeep;
+        association.known = static_cast<int>(place - match_.known.begin());
+        association.X_WO = known->X_WO;
+      }
+    }
+  }
+
+  // Those that nobody changed since the frame.
+  void AddGrown(const collision::WorldSnapshot& latest) {
+    for (const GrownObject& object : grown_) {
+      const WorldObjectPtr now = latest.Find(object.known->name);
+      if (now == nullptr || now->latest_revision() != object.known->latest_revision() ||
+          now->attachment != nullptr) {
+        continue;
+      }
+      plan_.replaced.push_back(now->name);
+      plan_.changes.push_back({collision::PutObject{.name = now->name,
+                                                    .kind = now->kind,
+                                                    .owner = now->owner,
+                                                    .state = now->state,
+                                                    .X_WO = now->X_WO,
+                                                    .geometry = object.geometry,
+                                                    .supported_by = now->supported_by,
+                                                    .margin_m = now->margin_m},
+                               std::nullopt});
+    }
+  }
+
   absl::StatusOr<std::vector<Change>> Changes(const collision::WorldSnapshot& latest) {
     auto plan = PlanIngest(match_, detections_, IngestMode::kUpdate, geometry_,
                            [this](const std::string& stem) { return world_.ReserveName(stem); });
     if (!plan.ok()) return plan.status();
     plan_ = *std::move(plan);
     ChangesSince(*match_.snapshot, latest).DropFrom(plan_.changes);
+    AddGrown(latest);
     return plan_.changes;
   }
 
@@ -171,7 +224,7 @@ class RegionRun {
   }
 
   RegionOutcome OutcomeOf(const WriteOutcome& written, const Scope& scope) const {
-    RegionOutcome outcome{.revision = written.revision};
+    RegionOutcome outcome{.revision = written.revision, .cut_blocks = found_.cut_blocks};
     outcome.changes.added = plan_.added;
     outcome.changes.replaced = plan_.replaced;
     outcome.changes.removed = plan_.removed;
@@ -192,11 +245,13 @@ class RegionRun {
   const RegionJob& job_;
   const perception::PointCloud& cloud_;
   const perception::SceneInterpretation scene_;
+  const perception::NewSurfaces found_;
   const std::stop_token stop_;
   const Detections detections_;
   DetectionGeometry geometry_;
   SceneMatch match_;
   IngestPlan plan_;
+  std::vector<GrownObject> grown_;
 };
 
 // The bodies outside the request that explain points of their own.
@@ -250,13 +305,17 @@ absl::StatusOr<RegionOutcome> IngestRegion(World& world, const RegionJob& job,
   const bool is_empty =
       std::ranges::none_of(cloud.points, [](const Eigen::Vector3f& p) { return p.allFinite(); });
   if (is_empty) return RegionOutcome{.revision = world.Snapshot()->revision()};
-  if (job.request.is_whole_view) {
+  if (job.request.is_whole_view && !job.request.is_new_surface) {
     return IngestView(world, job, std::move(cloud), interpret, std::move(stop));
   }
   auto scene = interpret(cloud, OptionsOf(job), stop);
   if (!scene.ok()) return scene.status();
   if (stop.stop_requested()) return absl::CancelledError("live: the sensor's stream ended");
-  return RegionRun(world, job, cloud, *std::move(scene), std::move(stop)).Write();
+  perception::NewSurfaces found;
+  if (job.request.is_new_surface) {
+    found = perception::FindNewSurfaces(job.frame, job.bodies->bodies, *scene);
+  }
+  return RegionRun(world, job, cloud, *std::move(scene), std::move(found), std::move(stop)).Write();
 }
 
 }  // namespace cwm::server

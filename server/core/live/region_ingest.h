@@ -33,11 +33,14 @@ struct RegionOutcome {
   FrameChanges changes = {};
   // Those of `gone` that came back, as they were; in changes.added.
   std::vector<collision::WorldObjectPtr> returned = {};
+  std::vector<std::int32_t> cut_blocks = {};  // see perception::NewSurfaces
 };
 
-// Publishes at most one revision. Only the bodies of the request may move, change or vanish;
-// supports stay, though new ones may be added. An object that was changed otherwise meanwhile is
-// left as it is. The errors of the interpreter and of World::Update; Cancelled when stopped.
+// Publishes at most one revision. A new surface may add objects, and parts to supports and
+// residuals (`replaced`), which keep their poses. Else only the bodies of the request may move,
+// change or vanish; supports stay, though new ones may be added. An object that was changed
+// otherwise meanwhile is left as it is. The errors of the interpreter and of World::Update;
+// Cancelled when stopped.
 absl::StatusOr<RegionOutcome> IngestRegion(World& world, const RegionJob& job,
                                            const Interpreter& interpret, std::stop_token stop);
 
