@@ -158,7 +158,9 @@ void Runtime::ForgetGoneSensors() {
   constexpr auto kPeriod = std::chrono::milliseconds(500);
   timer.After(kPeriod, [this] {
     // In a queue, since it may wait for a frame or for the disk.
-    live.TryPush([this] { live_worlds.ForgetGone(Clock::now()); });
+    live.TryPush([this] {
+      if (live_worlds.ForgetGone(Clock::now())) ScheduleMemoryReturn();
+    });
     ForgetGoneSensors();
   });
 }

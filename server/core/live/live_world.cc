@@ -504,8 +504,8 @@ std::vector<std::shared_ptr<const DisplayFrame>> LiveWorld::FramesAfter(
   return frames;
 }
 
-void LiveWorld::ForgetGone(Clock::time_point now) {
-  bool is_any_tracked = false;
+bool LiveWorld::ForgetGone(Clock::time_point now) {
+  bool is_any_tracked = false, is_freed = false;
   for (const Session& session : Sessions()) {
     const Clock::duration silent = now - session->last_active();
     if (session->is_tracked()) {
@@ -517,6 +517,7 @@ void LiveWorld::ForgetGone(Clock::time_point now) {
     if (session->is_streaming() || silent < kKeepTime) continue;
     session->Forget();
     const std::lock_guard comparing(session->comparison.mutex);
+    is_freed |= session->comparison.view != nullptr;
     session->comparison.view.reset();
     session->comparison.robots = {};
     session->comparison.X_WC.reset();
@@ -525,6 +526,7 @@ void LiveWorld::ForgetGone(Clock::time_point now) {
   }
   if (!is_any_tracked) ClearFacts();
   StartRegions();
+  return is_freed;
 }
 
 void LiveWorld::ForgetMovers(SensorSession& session) {

@@ -105,8 +105,9 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
   std::vector<std::shared_ptr<const DisplayFrame>> FramesAfter(std::uint64_t number,
                                                                const std::string& sensor) const;
 
-  // Forgets what belongs to sensors that are gone. Call it about twice a second.
-  void ForgetGone(Clock::time_point now);
+  // Forgets what belongs to sensors that are gone. Call it about twice a second. True if the view
+  // of one was freed, which is much memory.
+  bool ForgetGone(Clock::time_point now);
   // Ends all streams and stops interpretations: the world was deleted, or the server stops.
   void End(const absl::Status& reason);
 

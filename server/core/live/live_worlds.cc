@@ -32,13 +32,15 @@ void LiveWorlds::Forget(const World& world) {
   live->End(WorldDeleted());
 }
 
-void LiveWorlds::ForgetGone(Clock::time_point now) {
+bool LiveWorlds::ForgetGone(Clock::time_point now) {
   std::vector<std::shared_ptr<LiveWorld>> worlds;
   {
     const std::lock_guard lock(mutex_);
     for (const auto& [uid, live] : worlds_) worlds.push_back(live);
   }
-  for (const std::shared_ptr<LiveWorld>& live : worlds) live->ForgetGone(now);
+  bool is_freed = false;
+  for (const std::shared_ptr<LiveWorld>& live : worlds) is_freed |= live->ForgetGone(now);
+  return is_freed;
 }
 
 }  // namespace cwm::server

@@ -23,8 +23,8 @@ class LiveWorlds {
 
   // The world was deleted: its streams end with NOT_FOUND WORLD_DELETED.
   void Forget(const World& world);
-  // Forgets what belongs to sensors that are gone. Call it about twice a second.
-  void ForgetGone(Clock::time_point now);
+  // As LiveWorld::ForgetGone, for all worlds.
+  bool ForgetGone(Clock::time_point now);
 
  private:
   const LiveServices services_;

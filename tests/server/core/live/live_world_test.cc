@@ -90,6 +90,7 @@ class LiveRun {
   }
   FrameOutcome Process(int index) { return Process(Rendered(index)); }
   void CloseStream() { stream_.reset(); }
+  SensorStream& stream() { return *stream_; }
 
   SnapshotPtr snapshot() const { return world_->Snapshot(); }
   std::int64_t revision() const { return snapshot()->revision().value; }
@@ -257,6 +258,27 @@ TEST(LiveWorldTest, SensorsThatAreGoneMakeRoomForOthers) {
   streams.erase(streams.begin() + 7);
   EXPECT_TRUE(live->Open({.sensor = "more"}, {}).ok());
   EXPECT_FALSE(live->Has("sensor_3") && live->Has("sensor_7"));
+}
+
+TEST(LiveWorldTest, TheViewOfASensorIsPaidForUntilItIsForgotten) {
+  constexpr std::int64_t kView_bytes = 1'000'000;
+  const auto budget = MemoryBudget::Make(std::int64_t{1} << 30);
+  const auto charged = [&] {
+    MemoryCharge charge = MemoryCharge::Empty(budget, MemoryBudget::Client({}));
+    EXPECT_TRUE(charge.Resize(kView_bytes).ok());
+    return charge;
+  };
+  LiveRun run(Kitchen(1));
+  run.stream().Hold(charged());
+  run.Process(0);
+  run.stream().Hold(charged());  // as a later stream of the sensor does
+  EXPECT_EQ(budget->client_bytes(), kView_bytes);
+  run.CloseStream();
+  EXPECT_FALSE(run.live().ForgetGone(Clock::now() + std::chrono::seconds(3)));
+  EXPECT_EQ(budget->client_bytes(), kView_bytes) << "it may come back, and finds what it learnt";
+  EXPECT_TRUE(run.live().ForgetGone(Clock::now() + LiveWorld::kKeepTime));
+  EXPECT_EQ(budget->client_bytes(), 0);
+  EXPECT_FALSE(run.live().ForgetGone(Clock::now() + LiveWorld::kKeepTime)) << "nothing is left";
 }
 
 TEST(LiveWorldTest, TheWorldsEndEndsItsStreams) {
