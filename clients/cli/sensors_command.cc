@@ -57,6 +57,7 @@ std::string NoteOf(const pb::Sensor& sensor) {
                                  Degrees(estimate.sigma_rad()), ", from ", estimate.surface_count(),
                                  estimate.surface_count() == 1 ? " surface" : " surfaces"));
   }
+  if (!sensor.estimate_note().empty()) notes.push_back(sensor.estimate_note());
   notes.insert(notes.end(), sensor.conflicts().begin(), sensor.conflicts().end());
   return absl::StrJoin(notes, "; ");
 }

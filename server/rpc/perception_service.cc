@@ -65,13 +65,18 @@ absl::Status SetPose(Runtime& runtime, const v1::SetSensorPoseRequest& request,
   if (!is_kept && (live == nullptr || !live->Has(request.sensor()))) {
     return SensorUnknown(request.sensor());
   }
+  absl::StatusOr<Pose> X_WC = NoEstimate(request.sensor());
   if (request.pose_case() == v1::SetSensorPoseRequest::kUseEstimate) {
-    return NoEstimate(request.sensor());
-  }
-  if (!request.has_x_world_sensor()) {
+    if (!request.use_estimate()) {
+      return root.Field("use_estimate").Error("is false, must be true");
+    }
+    const auto estimated = live == nullptr ? std::nullopt : live->EstimatedPose(request.sensor());
+    if (estimated) X_WC = *estimated;
+  } else if (request.has_x_world_sensor()) {
+    X_WC = PoseFromProto(request.x_world_sensor(), root.Field("x_world_sensor"));
+  } else {
     return root.Field("pose").Error("is absent, must be one of x_world_sensor, use_estimate");
   }
-  const auto X_WC = PoseFromProto(request.x_world_sensor(), root.Field("x_world_sensor"));
   if (!X_WC.ok()) return X_WC.status();
   if (live != nullptr && live->Has(request.sensor())) {
     if (auto set = live->SetSensorPose(request.sensor(), *X_WC); !set.ok()) return set;

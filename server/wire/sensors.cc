@@ -398,6 +398,16 @@ v1::Sensor SensorToProto(const SensorStatus& status) {
   proto.set_dropped_count(status.dropped);
   proto.set_refused_count(status.refused);
   if (status.delay_ms.has_value()) proto.set_delay_ms(*status.delay_ms);
+  if (status.estimate.has_value()) {
+    v1::SensorPoseEstimate& estimate = *proto.mutable_estimate();
+    *estimate.mutable_x_world_sensor() = PoseToProto(status.estimate->X_WC);
+    estimate.set_translation_error_m(status.estimate->translation_error_m);
+    estimate.set_rotation_error_rad(status.estimate->rotation_error_rad);
+    estimate.set_sigma_m(status.estimate->sigma_m);
+    estimate.set_sigma_rad(status.estimate->sigma_rad);
+    estimate.set_surface_count(status.estimate->patches);
+  }
+  proto.set_estimate_note(status.estimate_note);
   SetNames(status.conflicts, proto.mutable_conflicts());
   return proto;
 }

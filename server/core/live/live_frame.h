@@ -11,6 +11,7 @@
 #include "collision/world/world_object.h"
 #include "perception/cloud/sensor_noise.h"
 #include "perception/live/frame_evidence.h"
+#include "perception/live/sensor_alignment.h"
 #include "perception/scene_interpretation.h"
 #include "server/core/limits.h"
 
@@ -92,7 +93,10 @@ struct SensorStatus {
   std::int64_t dropped = 0;
   std::int64_t refused = 0;
   std::optional<double> delay_ms = {};  // between stamps and arrival, the least
-  std::vector<std::string> conflicts = {};
+  // By what it and other sensors see at rest; the note says why there is none.
+  std::optional<perception::SensorPoseEstimate> estimate = {};
+  std::string estimate_note = {};
+  std::vector<std::string> conflicts = {};  // with other sensors, in words, the greatest first
 };
 
 // A processed frame for display.

@@ -108,12 +108,6 @@ class Stages {
 
 }  // namespace
 
-absl::Status SensorUnknown(const std::string& sensor) {
-  return MakeError(absl::StatusCode::kNotFound,
-                   absl::StrCat("no sensor \"", sensor, "\" streams into this world"),
-                   {.reason = "SENSOR_UNKNOWN", .metadata = {{"sensor", sensor}}});
-}
-
 SensorStream::SensorStream(std::shared_ptr<LiveWorld> world, std::shared_ptr<SensorSession> session,
                            std::uint64_t number)
     : world_(std::move(world)), session_(std::move(session)), number_(number) {}
@@ -284,7 +278,12 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
     number = ++last_frame_;
     // Before the robots are prepared, nobody knows what of the frame is theirs.
     std::vector<perception::TrackChange> changes;
-    if (seen.is_prepared) changes = Track(evidence, table, bodies, session);
+    if (seen.is_prepared) {
+      const bool is_trusted = IsTrusted(evidence, calibration, outcome);
+      changes = is_trusted ? Track(evidence, table, bodies, session)
+                           : tracker_.ForgetSensor(evidence.sensor);
+      if (is_trusted) NoteShapes(evidence, table);
+    }
     stages.End("track");
     auto written =
         Publish(changes, evidence.sensor, table, world_->robot_states().TakeForFrame(Clock::now()));
@@ -298,9 +297,11 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
     outcome.changes = std::move(written->changes);
     outcome.changes.Append(std::exchange(comparison.interpreted, {}));
     if (first->has_value()) outcome.changes.Append(**first);
-    outcome.interpreting = regions_asked_ > 0;
+    outcome.interpreting |= regions_asked_ > 0 || fusion_.is_running();
   }
+  StartComparison();
   StartRegions();
+  StartFusion();
   stages.End("publish");
   const double latency_ms = Milliseconds(stages.last() - frame.received);
   const std::chrono::duration<double, std::milli> delay =
@@ -456,54 +457,6 @@ void LiveWorld::InterpretRegion(const Session& session, const RegionJob& job) {
   if (!same.empty()) comparison.view->Accept(same);
 }
 
-std::vector<LiveWorld::Session> LiveWorld::Sessions() const {
-  const std::lock_guard lock(sensors_mutex_);
-  std::vector<Session> sessions;
-  for (const auto& [name, session] : sessions_) sessions.push_back(session);
-  return sessions;
-}
-
-std::vector<SensorStatus> LiveWorld::Sensors() const {
-  const Clock::time_point now = Clock::now();
-  std::vector<SensorStatus> sensors;
-  for (const Session& session : Sessions()) sensors.push_back(session->status(now));
-  return sensors;
-}
-
-bool LiveWorld::Has(const std::string& sensor) const {
-  const std::lock_guard lock(sensors_mutex_);
-  return sessions_.contains(sensor);
-}
-
-absl::Status LiveWorld::SetSensorPose(const std::string& sensor, const Pose& X_WC) {
-  for (const Session& session : Sessions()) {
-    const SensorCalibration calibration = session->calibration();
-    if (calibration.sensor != sensor) continue;
-    if (calibration.mount.has_value()) {
-      return MakeError(
-          absl::StatusCode::kFailedPrecondition,
-          absl::StrCat("the sensor \"", sensor, "\" is on ", calibration.mount->robot, "/",
-                       calibration.mount->link, ", its place there is set by its calibration"),
-          {.reason = "SENSOR_ON_ROBOT", .metadata = {{"sensor", sensor}}});
-    }
-    session->SetPose(X_WC);
-    return absl::OkStatus();
-  }
-  return SensorUnknown(sensor);
-}
-
-std::vector<std::shared_ptr<const DisplayFrame>> LiveWorld::FramesAfter(
-    std::uint64_t number, const std::string& sensor) const {
-  std::vector<std::shared_ptr<const DisplayFrame>> frames;
-  for (const Session& session : Sessions()) {
-    auto frame = session->newest_frame();
-    if (frame == nullptr || frame->number <= number) continue;
-    if (sensor.empty() || frame->sensor == sensor) frames.push_back(std::move(frame));
-  }
-  std::ranges::sort(frames, {}, [](const auto& frame) { return frame->number; });
-  return frames;
-}
-
 bool LiveWorld::ForgetGone(Clock::time_point now) {
   bool is_any_tracked = false, is_freed = false;
   for (const Session& session : Sessions()) {
@@ -516,6 +469,7 @@ bool LiveWorld::ForgetGone(Clock::time_point now) {
     }
     if (session->is_streaming() || silent < kKeepTime) continue;
     session->Forget();
+    ForgetAgreement(session->calibration().sensor);
     const std::lock_guard comparing(session->comparison.mutex);
     is_freed |= session->comparison.view != nullptr;
     session->comparison.view.reset();

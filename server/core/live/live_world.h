@@ -23,8 +23,10 @@
 #include "server/core/live/live_commit.h"
 #include "server/core/live/live_frame.h"
 #include "server/core/live/region_ingest.h"
+#include "server/core/live/sensor_agreement.h"
 #include "server/core/live/sensor_place.h"
 #include "server/core/live/sensor_session.h"
+#include "server/core/live/shape_fusion.h"
 #include "server/core/world.h"
 
 namespace cwm::server {
@@ -101,6 +103,8 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
   bool Has(const std::string& sensor) const;
   // NotFound SENSOR_UNKNOWN; FailedPrecondition SENSOR_ON_ROBOT for a mounted one.
   absl::Status SetSensorPose(const std::string& sensor, const Pose& X_WC);
+  // The pose that other sensors suggest; empty if too little determines it.
+  std::optional<Pose> EstimatedPose(const std::string& sensor) const;
   // The newest frame of each sensor, or of this one, that is newer than `number`; by number.
   std::vector<std::shared_ptr<const DisplayFrame>> FramesAfter(std::uint64_t number,
                                                                const std::string& sensor) const;
@@ -135,6 +139,13 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
   // An object is seen that was gone or lost: it may be another one of its shape.
   void NoteSeenAgain(const collision::WorldObject& object, const BodyTable& bodies);
   void NoteSightings(const Evidence& evidence, const BodyTable& bodies, SensorComparison& at);
+  bool IsTrusted(const Evidence& evidence, const SensorCalibration& calibration,
+                 FrameOutcome& outcome);
+  void StartComparison();
+  void NoteShapes(const Evidence& evidence, const std::shared_ptr<const BodyTable>& table);
+  void StartFusion();
+  void FinishFusion(const FusionJob& job, const std::vector<std::string>& replaced);
+  void ForgetAgreement(const std::string& sensor);
   void StartRegions();
   void InterpretRegion(const Session& session, const RegionJob& job);
   void ForgetMovers(SensorSession& session);
@@ -155,8 +166,10 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
   bool has_facts_ = false;  // objects may have facts
 
   // The sequencer: what frames do one after the other.
-  std::mutex sequencer_;
+  mutable std::mutex sequencer_;
   perception::Tracker tracker_;
+  SensorAgreement agreement_;
+  ShapeFusion fusion_;
   MoverObjects movers_;
   std::uint64_t last_frame_ = 0;
   struct Waiting {

@@ -1,0 +1,242 @@
+#include "server/core/live/sensor_agreement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+
+namespace cwm::server {
+namespace {
+
+using perception::MeanView;
+using perception::ViewAlignment;
+
+bool IsSamePose(const Pose& a, const Pose& b) { return a.matrix() == b.matrix(); }
+
+std::string DirectionName(const perception::Vector6& twist) {
+  const bool is_turn = twist.tail<3>().norm() > twist.head<3>().norm();
+  const Vector3 axis = (is_turn ? twist.tail<3>() : twist.head<3>()).normalized();
+  return absl::StrFormat(
+      is_turn ? "turns about (%.2f, %.2f, %.2f)" : "shifts along (%.2f, %.2f, %.2f)", axis.x(),
+      axis.y(), axis.z());
+}
+
+}  // namespace
+
+AgreementResult Compare(const AgreementJob& job) {
+  auto subject = std::make_shared<MeanView>(*job.subject);
+  subject->depth_m = perception::MeanAtRest(job.frames, subject->camera, subject->noise);
+  AgreementResult result{.subject = subject, .others = job.others};
+  for (const auto& other : job.others) {
+    result.alignments.push_back(perception::AlignViews(*subject, *other));
+  }
+  return result;
+}
+
+void SensorAgreement::Add(const perception::FrameEvidence& frame,
+                          const SensorCalibration& calibration) {
+  const auto [found, is_new] = sensors_.try_emplace(frame.sensor);
+  Sensor& sensor = found->second;
+  if (is_new) sensor.order = ++last_order_;
+  const bool is_other = is_new || !IsSamePose(sensor.header.X_WC, frame.X_WC) ||
+                        sensor.header.camera != frame.camera ||
+                        sensor.header.pose_sigma_m != calibration.pose_sigma_m ||
+                        sensor.header.pose_sigma_rad != calibration.pose_sigma_rad;
+  sensor.is_moving = !is_new && !IsSamePose(sensor.header.X_WC, frame.X_WC);
+  sensor.last = frame.stamp;
+  if (is_other) {
+    ForgetView(frame.sensor, sensor);
+    sensor.header = {.sensor = frame.sensor,
+                     .X_WC = frame.X_WC,
+                     .camera = frame.camera,
+                     .noise = frame.noise,
+                     .pose_sigma_m = calibration.pose_sigma_m,
+                     .pose_sigma_rad = calibration.pose_sigma_rad};
+    sensor.standing = sensor.is_moving ? Standing::kTrusted : Standing::kWaits;
+  }
+  if (sensor.is_moving) return;
+  if (sensor.standing == Standing::kWaits && !HasTrustedBeside(frame.sensor)) {
+    sensor.standing = Standing::kTrusted;
+  }
+  const bool is_old = sensor.view == nullptr || frame.stamp - sensor.collected >= kPeriod;
+  if (sensors_.size() < 2 || sensor.is_due || !is_old) return;
+  sensor.frames.push_back({.image = frame.image, .classes = frame.classes});
+  if (sensor.frames.size() < kFrames) return;
+  sensor.is_due = true;
+  sensor.collected = frame.stamp;
+}
+
+void SensorAgreement::ForgetView(const std::string& name, Sensor& sensor) {
+  sensor.frames.clear();
+  sensor.is_due = false;
+  sensor.view.reset();
+  std::erase_if(pairs_, [&](const auto& entry) {
+    return entry.first.first == name || entry.first.second == name;
+  });
+}
+
+// True if the other sensor may tell about this one, now or soon.
+bool SensorAgreement::MustWaitFor(const Sensor& other, const Sensor& sensor) const {
+  if (other.is_moving || other.standing != Standing::kTrusted) return false;
+  return other.view != nullptr || sensor.last - other.last < kPresentTime;
+}
+
+bool SensorAgreement::HasTrustedBeside(const std::string& sensor) const {
+  const Sensor& own = sensors_.at(sensor);
+  return std::ranges::any_of(sensors_, [&](const auto& entry) {
+    return entry.first != sensor && MustWaitFor(entry.second, own);
+  });
+}
+
+SensorAgreement::Standing SensorAgreement::StandingOf(const std::string& sensor) const {
+  const auto found = sensors_.find(sensor);
+  return found == sensors_.end() ? Standing::kTrusted : found->second.standing;
+}
+
+std::optional<AgreementJob> SensorAgreement::TakeJob() {
+  if (is_comparing_) return std::nullopt;
+  for (auto& [name, sensor] : sensors_) {
+    if (!sensor.is_due) continue;
+    // The first one of a world has nobody to be compared with, but is there for the next ones.
+    const bool is_too_early = std::ranges::any_of(sensors_, [&](const auto& entry) {
+      const Sensor& other = entry.second;
+      return other.order < sensor.order && other.view == nullptr && MustWaitFor(other, sensor);
+    });
+    if (is_too_early) continue;
+    AgreementJob job{.subject = std::make_shared<const MeanView>(sensor.header),
+                     .frames = std::move(sensor.frames)};
+    sensor.frames.clear();
+    sensor.is_due = false;
+    for (const auto& [other_name, other] : sensors_) {
+      if (other_name != name && other.view != nullptr) job.others.push_back(other.view);
+    }
+    const Vector3 p_W = sensor.header.X_WC.translation();
+    std::ranges::stable_sort(job.others, {}, [&](const auto& other) {
+      return (other->X_WC.translation() - p_W).norm();
+    });
+    if (job.others.size() > kMaxOthers) job.others.resize(kMaxOthers);
+    is_comparing_ = true;
+    return job;
+  }
+  return std::nullopt;
+}
+
+void SensorAgreement::Take(const AgreementResult& result) {
+  is_comparing_ = false;
+  const std::string& name = result.subject->sensor;
+  const auto found = sensors_.find(name);
+  const auto is_current = [](const Sensor& sensor, const MeanView& view) {
+    return IsSamePose(sensor.header.X_WC, view.X_WC) && sensor.header.camera == view.camera;
+  };
+  if (found == sensors_.end() || !is_current(found->second, *result.subject)) return;
+  found->second.view = result.subject;
+  for (std::size_t i = 0; i < result.others.size(); ++i) {
+    const MeanView& other = *result.others[i];
+    const auto beside = sensors_.find(other.sensor);
+    if (beside == sensors_.end() || !is_current(beside->second, other)) continue;
+    const ViewAlignment& alignment = result.alignments[i];
+    // Things would be moved back and forth between two places if they were farther apart than the
+    // world takes for noise, also if the poses are known no better.
+    const bool is_contradiction = perception::Contradicts(alignment, *result.subject, other) ||
+                                  (alignment.is_aligned && alignment.apart_m > kMaxApart_m);
+    pairs_[{name, other.sensor}] = {alignment, is_contradiction};
+    pairs_[{other.sensor, name}] = {perception::Reversed(alignment, *result.subject, other),
+                                    is_contradiction};
+  }
+  if (found->second.standing == Standing::kWaits) found->second.standing = Standing::kTrusted;
+  Judge();
+}
+
+void SensorAgreement::PutBack(const AgreementJob& job) {
+  is_comparing_ = false;
+  const auto found = sensors_.find(job.subject->sensor);
+  if (found == sensors_.end() || !IsSamePose(found->second.header.X_WC, job.subject->X_WC)) return;
+  found->second.frames = job.frames;
+  found->second.is_due = true;
+}
+
+// Whoever contradicts most others is not trusted; of two, the one that came later.
+void SensorAgreement::Judge() {
+  std::set<std::string> left_out;
+  for (;;) {
+    std::string worst;
+    std::pair<int, std::uint64_t> most;
+    for (const auto& [name, sensor] : sensors_) {
+      if (sensor.view == nullptr || left_out.contains(name)) continue;
+      int count = 0;
+      for (const auto& [names, pair] : pairs_) {
+        const bool counts =
+            names.first == name && pair.is_contradiction && !left_out.contains(names.second);
+        count += counts ? 1 : 0;
+      }
+      const std::pair<int, std::uint64_t> badness{count, sensor.order};
+      if (count == 0 || badness < most) continue;
+      most = badness;
+      worst = name;
+    }
+    if (worst.empty()) break;
+    left_out.insert(worst);
+  }
+  for (auto& [name, sensor] : sensors_) {
+    if (sensor.view == nullptr) continue;
+    sensor.standing = left_out.contains(name) ? Standing::kContradicts : Standing::kTrusted;
+  }
+}
+
+std::vector<std::string> SensorAgreement::ConflictsOf(const std::string& sensor) const {
+  std::vector<std::pair<double, std::string>> found;
+  for (const auto& [names, pair] : pairs_) {
+    if (names.first != sensor || !pair.is_contradiction) continue;
+    const double apart_m = pair.alignment.apart_m;
+    found.emplace_back(
+        -apart_m,
+        absl::StrFormat(pair.alignment.is_aligned
+                            ? "what it and the sensor \"%s\" both see lies %.1f mm apart, more "
+                              "than the errors of their poses may be"
+                            : "it sees surfaces in space that the sensor \"%s\" sees through, by "
+                              "%.1f mm and more",
+                        names.second, 1e3 * apart_m));
+  }
+  std::ranges::sort(found);
+  std::vector<std::string> words;
+  for (auto& [size, text] : found) words.push_back(std::move(text));
+  return words;
+}
+
+std::vector<ViewAlignment> SensorAgreement::AlignmentsOf(const std::string& sensor) const {
+  std::vector<ViewAlignment> alignments;
+  for (const auto& [names, pair] : pairs_) {
+    if (names.first == sensor) alignments.push_back(pair.alignment);
+  }
+  return alignments;
+}
+
+std::optional<perception::SensorPoseEstimate> SensorAgreement::EstimateOf(
+    const std::string& sensor) const {
+  const auto found = sensors_.find(sensor);
+  if (found == sensors_.end() || found->second.is_moving) return std::nullopt;
+  return perception::EstimatePose(found->second.header, AlignmentsOf(sensor));
+}
+
+std::string SensorAgreement::NoteOf(const std::string& sensor) const {
+  const auto found = sensors_.find(sensor);
+  if (found == sensors_.end() || found->second.is_moving) return {};
+  const std::vector<ViewAlignment> alignments = AlignmentsOf(sensor);
+  if (alignments.empty()) return {};
+  std::optional<perception::Vector6> undetermined;
+  if (perception::EstimatePose(found->second.header, alignments, &undetermined)) return {};
+  if (!undetermined) return "no pose estimate: it shares too few surfaces with other sensors";
+  return absl::StrCat("no pose estimate: no surface that other sensors see too determines ",
+                      DirectionName(*undetermined));
+}
+
+void SensorAgreement::Forget(const std::string& sensor) {
+  const auto found = sensors_.find(sensor);
+  if (found == sensors_.end()) return;
+  ForgetView(sensor, found->second);
+  sensors_.erase(found);
+}
+
+}  // namespace cwm::server
