@@ -175,13 +175,17 @@ void CountPassed(const ExpectedView& view, const DepthImage& image, const FrameC
       if (view.body()[i] != evidence.id || !is_measured) continue;
       const float expected_m = view.depth_m()[i];
       const float explained_m = noise.Explained_m(expected_m);
+      if (pixel == PixelClass::kFarther &&
+          image.depth_m[i] - expected_m > kDifference_sigma * noise.Axial_m(expected_m)) {
+        evidence.beyond += stride * stride;
+      }
       float there_m = expected_m;
       float within_m = explained_m;
       if (reference.Knows(i)) {
         there_m = reference.mean_m()[i];
-        if (std::abs(there_m - expected_m) > explained_m) continue;
-        within_m = std::min(explained_m, kDifference_sigma * std::max(reference.Spread_m(i),
-                                                                      noise.Axial_m(there_m)));
+        within_m = kDifference_sigma * std::max(reference.Spread_m(i), noise.Axial_m(there_m));
+        const bool flickers = within_m > explained_m;
+        if (flickers || std::abs(there_m - expected_m) > explained_m) continue;
       }
       const float beyond_m = image.depth_m[i] - there_m;
       if (beyond_m > within_m) {

@@ -58,7 +58,7 @@ inline constexpr int kBesideOutline_px = 4;
 void MarkHotBodies(const FrameClasses& classes, const std::vector<BodyId>& body,
                    std::span<BodyEvidence> evidence);
 
-// Fills `shown` and `passed` of a body.
+// Fills `shown`, `passed` and `beyond` of a body.
 void CountPassed(const ExpectedView& view, const DepthImage& image, const FrameClasses& classes,
                  const ReferenceImage& reference, const DepthNoise& noise, BodyEvidence& evidence);
 

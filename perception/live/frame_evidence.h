@@ -50,6 +50,9 @@ struct BodyEvidence {
   // the sensor moves, pixels that would be consistent without the body, by the error of its pose.
   int shown = 0;
   int passed = 0;
+  // Only if hot, and for a sensor at rest: pixels that are farther than what was seen at rest and
+  // than the body. Behind what hid the body and left, it is seen again, which is no motion.
+  int beyond = 0;
   // Only if hot, or if the body was given another pose in the last frames: measured points that may
   // be of the body, which are neither robot nor mixed, and not nearer than the body by more than 30
   // mm, within 30 mm of its outline. At most kMaxBodyPoints, in the frame L (world's axes, origin

@@ -16,18 +16,21 @@ constexpr double kAssumedFrames = 15;
 constexpr int kLearning_frames = 15;
 // chosen: the mean follows slow drift, as of a sensor that warms up, within ten seconds at 30 Hz.
 constexpr double kMemory_frames = 300;
-// chosen: spreads below a fifth of a millimetre are luck.
+// chosen: spreads below a fifth of a millimetre, or half of the assumed one, are luck: some frames
+// are alike by chance.
 constexpr double kLeastSpread_m = 0.0002;
+constexpr double kLeastOfAssumed = 0.5;
 // chosen: a shift that is told only after two seconds is as good as drift.
 constexpr std::size_t kLongestRun_frames = 60;
 
 }  // namespace
 
-Vector6 ShiftTest::Spread_m() const { return variance_m2_.cwiseSqrt().cwiseMax(kLeastSpread_m); }
+Vector6 ShiftTest::Spread_m() const { return variance_m2_.cwiseSqrt().cwiseMax(least_spread_m_); }
 
 bool ShiftTest::Add(const Vector6& shift_m, const Vector6& assumed_sigma_m) {
   if (frames_ == 0) {
     variance_m2_ = assumed_sigma_m.cwiseAbs2();
+    least_spread_m_ = (kLeastOfAssumed * assumed_sigma_m).cwiseMax(kLeastSpread_m);
     mean_m_ = shift_m;  // the first frame defines the displacement of rest
     frames_ = 1;
     return false;

@@ -28,6 +28,7 @@ class ShiftTest {
   int frames_ = 0;
   Vector6 mean_m_ = Vector6::Zero();  // the usual displacement: warp that the reference lacks
   Vector6 variance_m2_ = Vector6::Zero();
+  Vector6 least_spread_m_ = Vector6::Zero();
   // One sided sums in standard deviations, at least 0, and the frames since each was zero: above
   // the mean, then below.
   struct Sums {

@@ -106,14 +106,21 @@ bool ExplainsEntered(const FrameEvidence& frame, const KnownBody& body,
   return count >= kLeastChanged_px;
 }
 
-// The motion that explains the depths, damped where they do not determine it: translation in
-// metres, and rotation in metres at the lever.
-Vector6 ShiftOf(const BodyEvidence& evidence, double lever_m) {
+// A motion and its standard deviations: translation in metres, and rotation in metres at the lever.
+struct MeasuredShift {
+  Vector6 shift_m = Vector6::Zero();
+  Vector6 sigma_m = Vector6::Zero();
+};
+
+// The motion that explains the depths, damped where they do not determine it.
+MeasuredShift ShiftOf(const BodyEvidence& evidence, double lever_m) {
   Vector6 scale;
   scale << Vector3::Ones(), Vector3::Constant(1 / lever_m);  // of the variables
-  Matrix6 information = scale.asDiagonal() * evidence.information * scale.asDiagonal();
-  information += Matrix6::Identity() / (kUndetermined_m * kUndetermined_m);
-  return information.ldlt().solve(scale.cwiseProduct(evidence.moment));
+  const Matrix6 information = scale.asDiagonal() * evidence.information * scale.asDiagonal();
+  const Matrix6 damped = information + Matrix6::Identity() / (kUndetermined_m * kUndetermined_m);
+  const Matrix6 inverse = damped.ldlt().solve(Matrix6::Identity());
+  return {.shift_m = inverse * scale.cwiseProduct(evidence.moment),
+          .sigma_m = (inverse * information * inverse).diagonal().cwiseMax(0).cwiseSqrt()};
 }
 
 Pose Shifted(const Pose& X_WB, const Vector6& shift_m, double lever_m) {
@@ -185,8 +192,8 @@ std::optional<Pose> TrackedBody::SmallShift(const FrameEvidence& frame,
   }
   const double range_m = (body.X_WB.translation() - frame.X_WC.translation()).norm();
   const double sigma_m = kPatchShare * frame.noise.AxialSigma_m(range_m);
-  const Vector6 shift_m = ShiftOf(evidence, surface_->lever_m());
-  if (!sensor.shift.Add(shift_m, Vector6::Constant(sigma_m))) return std::nullopt;
+  const MeasuredShift measured = ShiftOf(evidence, surface_->lever_m());
+  if (!sensor.shift.Add(measured.shift_m, measured.sigma_m.cwiseMax(sigma_m))) return std::nullopt;
   const Pose X_WB = Shifted(body.X_WB, sensor.shift.Shift_m(), surface_->lever_m());
   sensor.shift.Reset();
   if (LargestShift_m(*surface_, body.X_WB, X_WB) < kLeastShift_m) return std::nullopt;
@@ -314,6 +321,8 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
   SensorEvidence& sensor = sensors_[frame.sensor];
   sensor.visibility = VisibilityOf(evidence);
   JoinVisibility();
+  // Other pixels show the body now: their displacement at rest is learnt anew.
+  if (std::exchange(sensor.expected, evidence.expected) != evidence.expected) sensor.shift.Reset();
   const bool follows_poses = body.kind == KnownBody::Kind::kObject;
   std::optional<Pose> fit;
   const int visible = evidence.consistent + evidence.farther;
@@ -323,13 +332,15 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
   // A moving sensor sees bodies from new sides, where models often lack something.
   const bool may_be_displaced = frame.is_moving
                                     ? evidence.farther >= least_px && HasEntered(frame, body.id)
-                                    : evidence.farther >= least_px || is_nearer;
+                                    : evidence.beyond >= least_px || is_nearer;
   const bool is_displaced = evidence.is_hot && may_be_displaced;
   if (follows_poses && (is_displaced || !rests())) {
     const double within_m = FitGate_m(frame, body.X_WB);
     fit = FitPose(frame, OwnPoints(evidence, supports, within_m), *surface_, body.X_WB,
                   Predicted(frame.stamp, body.X_WB), rests() ? FitFor::kStart : FitFor::kGoOn);
-    const bool is_seen_through = evidence.farther > evidence.consistent;
+    const bool is_seen_through =
+        evidence.passed > evidence.shown ||
+        (frame.is_moving ? evidence.farther : evidence.beyond) > evidence.consistent;
     if (!fit && is_seen_through) fit = FindInRegions(frame, *surface_, body.X_WB);
   }
   if (fit && frame.is_moving && rests() && !ExplainsEntered(frame, body, surface_, *fit)) {

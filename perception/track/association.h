@@ -18,6 +18,8 @@ struct KnownObject {
   std::string name;
   enum class Kind { kSupport, kObject, kResidual } kind = Kind::kObject;
   bool owned_by_user = false;  // its points explain the cloud, but it never changes
+  // It was taken out of the world, and may come back: nothing of it is where it was, seen or not.
+  bool is_gone = false;
   Pose X_WO = Pose::Identity();
   std::shared_ptr<const HybridModel> model;
 };

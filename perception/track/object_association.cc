@@ -114,7 +114,7 @@ class ObjectMatcher {
     }
     const PlacedFit* fit = evidence_.FitInPlace(k, d);
     const bool overlaps = fit != nullptr && fit->explained_share > 0;
-    return overlaps || ClassifyByRays(known.sights) == Outcome::kRemove;
+    return overlaps || ObjectOf(k).is_gone || ClassifyByRays(known.sights) == Outcome::kRemove;
   }
 
   void MoveDisplaced() {

@@ -205,7 +205,9 @@ void ObjectEvidence::MarkUsers(const std::vector<KnownObject>& objects) {
 void ObjectEvidence::MarkPresent(const std::vector<KnownObject>& objects) {
   by_present_ = by_users_;
   for (const auto& [pair, in_place] : in_place_) {
-    if (ClassifyByRays(known[pair.first].sights) != Association::Outcome::kKeep) continue;
+    const KnownEvidence& object = known[pair.first];
+    if (objects[object.index].is_gone) continue;
+    if (ClassifyByRays(object.sights) != Association::Outcome::kKeep) continue;
     if (HasLostPart(pair.first, pair.second)) continue;  // the detection is what is left of it
     Merge(in_place.explained, by_present_[pair.second]);
   }

@@ -286,7 +286,10 @@ SceneMatch MatchScene(SnapshotPtr snapshot, std::vector<WorldObjectPtr> known,
   SceneMatch match;
   std::vector<perception::KnownObject> seen;
   seen.reserve(known.size());
-  for (const WorldObjectPtr& object : known) seen.push_back(ToKnown(*object));
+  for (const WorldObjectPtr& object : known) {
+    seen.push_back(ToKnown(*object));
+    seen.back().is_gone = snapshot->Find(object->name) == nullptr;
+  }
   match.associations = perception::Associate(seen, scene, cloud, noise);
   match.known = std::move(known);
   match.snapshot = std::move(snapshot);
