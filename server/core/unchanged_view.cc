@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <unordered_map>
 #include <utility>
 
 #include "perception/cloud/returns.h"
@@ -160,10 +159,17 @@ std::vector<std::string> NamesOf(const std::vector<WorldObjectPtr>& objects,
 
 // True if each object, and all supports together, keep at least half of their points.
 bool KeepsObjects(const std::vector<std::uint32_t>& before, const std::vector<std::uint32_t>& now) {
-  std::unordered_map<std::uint32_t, std::int64_t> margins;  // the points now beyond a half, twice
-  for (const std::uint32_t label : before) margins[label / kLabelsPerObject] -= label != 0;
-  for (const std::uint32_t label : now) margins[label / kLabelsPerObject] += 2 * (label != 0);
-  return std::ranges::all_of(margins, [](const auto& each) { return each.second >= 0; });
+  if (before.empty()) return true;
+  const std::uint32_t greatest = std::max(*std::ranges::max_element(before), 1U);
+  // By object: the points now beyond a half of those before, twice. Every label is one of before.
+  std::vector<std::int64_t> margins(greatest / kLabelsPerObject + 1, 0);
+  for (const std::uint32_t label : before) {
+    if (label != 0) --margins[label / kLabelsPerObject];
+  }
+  for (const std::uint32_t label : now) {
+    if (label != 0) margins[label / kLabelsPerObject] += 2;
+  }
+  return std::ranges::all_of(margins, [](std::int64_t margin) { return margin >= 0; });
 }
 
 // The labels of the scan's points. Empty if it shows something else.
