@@ -99,7 +99,9 @@ class ChangeJudge {
     for (const PublishedThing& now : timeline_[m].published) {
       if (now.kind != PublishedKind::kThing) continue;
       const PublishedThing* before = Find(timeline_[m - 1], now.name);
-      if (before == nullptr) {
+      if (before == nullptr && IsLateAddition(m, now.name)) {
+        ++verdict_.all.added;
+      } else if (before == nullptr) {
         Count(m, m, now.name, "added", &ChangeCounts::added);
       } else if (now.geometry_revision != before->geometry_revision) {
         Count(m, m, now.name, "replaced", &ChangeCounts::replaced);
@@ -125,6 +127,18 @@ class ChangeJudge {
     std::snprintf(line, sizeof(line), "moment %zu, %.3f s: %s %s", m,
                   timeline_[m].stamp_s - timeline_.front().stamp_s, name.c_str(), kind);
     verdict_.lines.emplace_back(line);
+  }
+
+  // True if the object is a true thing that was not published since its last event: that it is
+  // there is true, however late it is told.
+  bool IsLateAddition(std::size_t m, const std::string& name) const {
+    const auto thing = ThingOf(timeline_[m], matches_[m], name);
+    if (!thing) return false;
+    const double event_s = last_events_[m][*thing];
+    for (std::size_t back = m; back-- > 0 && timeline_[back].stamp_s >= event_s;) {
+      if (matches_[back][*thing] >= 0) return false;
+    }
+    return std::isfinite(event_s);
   }
 
   // An object may have stood where its thing was some moments ago, and be matched no longer.

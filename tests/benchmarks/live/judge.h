@@ -33,7 +33,8 @@ struct ChangeCounts {
 struct ChangeVerdict {
   ChangeCounts all = {};
   // Without an event of the true thing (it appears, vanishes, moves, or is seen for the first time)
-  // within kConsequence_s before. A change of an object that is no true thing is false.
+  // within kConsequence_s before. A change of an object that is no true thing is false. A thing
+  // that is added late, but for the first time since its event, is not.
   ChangeCounts unfounded = {};
   std::vector<std::string> lines = {};  // each unfounded change in words
 };

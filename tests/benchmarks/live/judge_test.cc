@@ -108,12 +108,12 @@ TEST(Changes, WhatFollowsFromATrueEventIsFounded) {
   EXPECT_EQ(verdict.unfounded.sum(), 0) << ::testing::PrintToString(verdict.lines);
 }
 
-TEST(Changes, WhatComesLongAfterATrueEventIsUnfounded) {
+TEST(Changes, WhatMovesLongAfterItsThingDidIsUnfounded) {
   const auto timeline = TimelineOfOne()
-                            .Then(5, Absent(), {})
-                            .Then(30, ThingAt(0), {})
-                            .Then(5, ThingAt(0), {ObjectAt(0, "a")});
-  EXPECT_EQ(JudgeChanges(timeline, 0).unfounded.added, 1);
+                            .Then(5, ThingAt(0), {ObjectAt(0, "a")})
+                            .Then(30, ThingAt(0.03), {ObjectAt(0, "a")})
+                            .Then(5, ThingAt(0.03), {ObjectAt(0.03, "a")});
+  EXPECT_EQ(JudgeChanges(timeline, 0).unfounded.moved, 1);
 }
 
 TEST(Notices, ATrackerThatDoesNothingNoticesNothing) {
@@ -199,6 +199,19 @@ TEST(Identity, CountsSwitchesAndReturnsApart) {
   EXPECT_EQ(verdict.switches, 1);
   EXPECT_EQ(verdict.returns, 2);
   EXPECT_EQ(verdict.names_kept, 1);
+}
+
+TEST(Changes, AThingThatIsAddedLateIsTrueButNotASecondTime) {
+  const auto timeline = TimelineOfOne()
+                            .Then(5, Absent(), {})
+                            .Then(30, ThingAt(0), {})
+                            .Then(5, ThingAt(0), {ObjectAt(0, "a")})
+                            .Then(20, ThingAt(0), {})
+                            .Then(5, ThingAt(0), {ObjectAt(0, "a")});
+  const ChangeVerdict verdict = JudgeChanges(timeline, 0);
+  EXPECT_EQ(verdict.all.added, 2);
+  EXPECT_EQ(verdict.unfounded.added, 1);
+  EXPECT_EQ(verdict.unfounded.removed, 1);
 }
 
 TEST(Rests, CompareDisplacementsAndCountJitter) {
