@@ -24,9 +24,6 @@ constexpr double kMinVisibleShare = 0.15;
 // but its model is larger than it. Equal odds at 0.61, as for single scans.
 constexpr double kThroughIfGone = 0.9;
 constexpr double kThroughIfThere = 0.25;
-// chosen: models of what a moving sensor saw in one view are larger than it in others. Equal odds
-// at 0.73.
-constexpr double kThroughIfThereWhileMoving = 0.5;
 // chosen: one frame alone never decides, however many pixels it has: its errors are correlated.
 constexpr double kMostOfAFrame = 8;
 constexpr double kMostOfAMovingFrame = 4;  // chosen: the error of a pose lasts for some frames
@@ -161,9 +158,8 @@ bool TrackedBody::IsGone(const FrameEvidence& frame, const BodyEvidence& evidenc
       passed + shown < kMinVisibleShare * evidence.expected) {
     return false;
   }
-  const double if_there = frame.is_moving ? kThroughIfThereWhileMoving : kThroughIfThere;
-  const double through = std::log(kThroughIfGone / if_there);
-  const double there = std::log((1 - kThroughIfGone) / (1 - if_there));
+  static const double through = std::log(kThroughIfGone / kThroughIfThere);
+  static const double there = std::log((1 - kThroughIfGone) / (1 - kThroughIfThere));
   const double odds = (passed * through + shown * there) / kPointsPerIndependentSample;
   if (odds <= 0) {
     sensor.through_frames = 0;
