@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "perception/cloud/tolerances.h"
-#include "perception/live/pixel_rays.h"
+#include "perception/live/view_planes.h"
 
 namespace cwm::perception {
 namespace {
@@ -18,16 +18,9 @@ namespace {
 constexpr double kPatch_m = 0.2;
 // chosen: samples of a patch; more are alike.
 constexpr int kPatchSamples = 40;
-// chosen: the reaches of the window of a local plane, the first one within which the surface is
-// plane, and the least pixels on each side. Normals are as exact as windows are wide.
-constexpr std::array<double, 2> kWindows_m = {0.03, 0.012};
-constexpr int kMinWindow_px = 2;
-constexpr int kWindowSteps = 5;  // on each side, at most
 // chosen: pixels of a focal length between those that are looked at: things of a hand's breadth
 // have a hundred at 1 m.
 constexpr double kSteps = 200;
-// chosen: planes that are seen at more than 75 degrees tell little but of edges.
-constexpr double kMinFacing_cos = 0.26;
 // chosen: the reach of the search, from the errors of a pose that was measured by hand down to
 // what noise and warp explain.
 constexpr std::array<double, 14> kReaches_m = {0.10, 0.10, 0.10, 0.08,  0.06,  0.05, 0.04,
@@ -45,116 +38,6 @@ constexpr int kMinCompared = 100;
 constexpr double kMaxContradicting = kMinSignificantShare;
 // derived: the quantile of the normal distribution beyond which 0.27 % lie, on one side.
 constexpr double kQuantile_sigma = 2.782;
-
-struct LocalPlane {
-  Vector3 p_W = Vector3::Zero();
-  Vector3 normal_W = Vector3::UnitZ();  // to the sensor
-  double depth_m = 0;
-  double normal_variance = 0;  // of each component across the normal, by noise and warp
-};
-
-// The planes about pixels of a view.
-class ViewPlanes {
- public:
-  explicit ViewPlanes(const MeanView& view)
-      : view_(view),
-        rays_(view.camera, view.X_WC),
-        warp_m_(view.noise.WarpSigma_m()),
-        places_(view.camera.pixel_count(), kUnknown) {}
-
-  float depth_m(int u, int v) const {
-    return view_.depth_m[static_cast<std::size_t>(v) * view_.camera.width + u];
-  }
-
-  // The plane of least squares about the pixel; null at edges and where returns are missing.
-  const LocalPlane* At(int u, int v) {
-    std::int32_t& place = places_[static_cast<std::size_t>(v) * view_.camera.width + u];
-    if (place == kUnknown) {
-      place = kNone;
-      if (const auto plane = Fit(u, v)) {
-        place = static_cast<std::int32_t>(planes_.size());
-        planes_.push_back(*plane);
-      }
-    }
-    return place == kNone ? nullptr : &planes_[static_cast<std::size_t>(place)];
-  }
-
-  // The variance along the normal of the errors that a patch shares, and of a local plane's own.
-  double SharedVariance_m2() const { return warp_m_ * warp_m_; }
-  double OwnVariance_m2(double depth_m) const {
-    const double sigma_m = view_.noise.AxialSigma_m(depth_m);
-    return sigma_m * sigma_m / 2;  // derived: the mean of some frames, of neighbours that are alike
-  }
-
-  const MeanView& view() const { return view_; }
-
- private:
-  static constexpr std::int32_t kUnknown = -1, kNone = -2;
-
-  std::optional<LocalPlane> Fit(int u, int v) const {
-    if (depth_m(u, v) == 0) return std::nullopt;
-    for (const double window_m : kWindows_m) {
-      if (auto plane = FitWithin(u, v, window_m)) return plane;
-    }
-    return std::nullopt;
-  }
-
-  std::optional<LocalPlane> FitWithin(int u, int v, double window_m) const {
-    const float z = depth_m(u, v);
-    const DepthCamera& camera = view_.camera;
-    const int reach =
-        std::max(kMinWindow_px, static_cast<int>(window_m * camera.pinhole.focal_u_px / z));
-    if (u < reach || v < reach || u + reach >= camera.width || v + reach >= camera.height) {
-      return std::nullopt;
-    }
-    const int stride = (reach + kWindowSteps - 1) / kWindowSteps;
-    const double sigma_m = view_.noise.AxialSigma_m(z);
-    // Planes are steeper than that only beyond the least angle of incidence.
-    const double most_m = 2 * window_m / kMinFacing_cos + kGate_sigma * sigma_m;
-    Vector3 sum = Vector3::Zero();
-    Matrix3 squares = Matrix3::Zero();
-    int count = 0;
-    int all = 0;
-    const Vector3 middle = rays_.Point(u, v, z).cast<double>();
-    for (int dv = -reach; dv <= reach; dv += stride) {
-      for (int du = -reach; du <= reach; du += stride, ++all) {
-        const float near_m = depth_m(u + du, v + dv);
-        if (near_m == 0) continue;
-        if (std::abs(near_m - z) > most_m) return std::nullopt;  // an edge
-        const Vector3 p = rays_.Point(u + du, v + dv, near_m).cast<double>() - middle;
-        sum += p;
-        squares += p * p.transpose();
-        ++count;
-      }
-    }
-    if (count < kMainShare * all) return std::nullopt;
-    const Vector3 mean = sum / count;
-    Eigen::SelfAdjointEigenSolver<Matrix3> axes;
-    axes.computeDirect(squares / count - mean * mean.transpose());
-    const double thickness_m2 = std::max(0.0, axes.eigenvalues()[0]);
-    // An edge within the window, or a surface that is no plane at this scale.
-    if (thickness_m2 > sigma_m * sigma_m) return std::nullopt;
-    Vector3 normal = axes.eigenvectors().col(0);
-    const Vector3 at = middle + mean;
-    const double facing = normal.dot(at) / at.norm();
-    if (std::abs(facing) < kMinFacing_cos) return std::nullopt;
-    if (facing > 0) normal = -normal;
-    // The slope of a line through points with these errors, of which so many are independent.
-    const double independent = std::max(1.0, count * stride * stride / kPointsPerIndependentSample);
-    const double warp_slope = warp_m_ / kWarpCorrelation_m;
-    return LocalPlane{.p_W = view_.X_WC.translation() + at,
-                      .normal_W = normal,
-                      .depth_m = static_cast<double>(z),
-                      .normal_variance = thickness_m2 / (independent * axes.eigenvalues()[1]) +
-                                         warp_slope * warp_slope};
-  }
-
-  const MeanView& view_;
-  PixelRays rays_;
-  double warp_m_;
-  std::vector<std::int32_t> places_;  // per pixel, in planes_
-  std::vector<LocalPlane> planes_;
-};
 
 struct PlaneSample {
   LocalPlane plane;

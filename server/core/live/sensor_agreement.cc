@@ -15,6 +15,19 @@ using perception::ViewAlignment;
 
 bool IsSamePose(const Pose& a, const Pose& b) { return a.matrix() == b.matrix(); }
 
+// True if the views lie apart by more than the world takes for noise, and by more than the errors of
+// their comparison explain.
+bool IsFarApart(const ViewAlignment& alignment, const MeanView& sensor, const MeanView& other) {
+  const auto exact = [](const MeanView& view) {
+    MeanView pose;
+    pose.X_WC = view.X_WC;
+    pose.pose_sigma_m = pose.pose_sigma_rad = 0;
+    return pose;
+  };
+  return alignment.is_aligned && alignment.apart_m > SensorAgreement::kMaxApart_m &&
+         perception::Contradicts(alignment, exact(sensor), exact(other));
+}
+
 std::string DirectionName(const perception::Vector6& twist) {
   const bool is_turn = twist.tail<3>().norm() > twist.head<3>().norm();
   const Vector3 axis = (is_turn ? twist.tail<3>() : twist.head<3>()).normalized();
@@ -140,7 +153,7 @@ void SensorAgreement::Take(const AgreementResult& result) {
     // Things would be moved back and forth between two places if they were farther apart than the
     // world takes for noise, also if the poses are known no better.
     const bool is_contradiction = perception::Contradicts(alignment, *result.subject, other) ||
-                                  (alignment.is_aligned && alignment.apart_m > kMaxApart_m);
+                                  IsFarApart(alignment, *result.subject, other);
     pairs_[{name, other.sensor}] = {alignment, is_contradiction};
     pairs_[{other.sensor, name}] = {perception::Reversed(alignment, *result.subject, other),
                                     is_contradiction};
