@@ -27,6 +27,9 @@ constexpr double kStillCovered = 0.995;
 constexpr double kStillFilled = 0.7;
 // chosen: a carried body's shift that is worth a revision.
 constexpr double kLeastCarried_m = 0.0003;
+// chosen: while its link holds still, what is seen of it must say that it is elsewhere by more.
+constexpr double kLeastHeld_m = 0.001;
+constexpr double kLinkMoves_m = 0.0001;  // from frame to frame; encoders at rest say less
 // chosen: frames of other sensors may have been compared with a world so many revisions ago.
 constexpr std::size_t kKeptPoses = 16;
 
@@ -39,6 +42,7 @@ struct TrackerState {
   struct Carried {
     Carrying carrying = {};
     std::deque<Pose> published_W = {};
+    Pose X_WB = Pose::Identity();  // in the last frame
   };
   struct Sensor {
     TrackedRegions regions = {};
@@ -80,14 +84,15 @@ void ForgetMissing(TrackerState& state, std::span<const KnownBody> bodies, StepR
 }
 
 // The change that publishes the pose of a carried body, if it differs from what was published.
-std::optional<TrackChange> Published(BodyId id, TrackerState::Carried& carried, const Pose& X_WB) {
+std::optional<TrackChange> Published(BodyId id, TrackerState::Carried& carried, const Pose& X_WB,
+                                     double least_m = kLeastCarried_m) {
   std::deque<Pose>& published_W = carried.published_W;
   if (!published_W.empty()) {
     const Pose& last = published_W.back();
     const double turn =
         Eigen::AngleAxisd(Matrix3(last.linear().transpose() * X_WB.linear())).angle();
-    const bool is_same = (last.translation() - X_WB.translation()).norm() < kLeastCarried_m &&
-                         turn < kLeastCarried_m / kAlignmentReach_m;
+    const bool is_same = (last.translation() - X_WB.translation()).norm() < least_m &&
+                         turn < least_m / kAlignmentReach_m;
     if (is_same) return std::nullopt;
   }
   published_W.push_back(X_WB);
@@ -209,6 +214,7 @@ TrackedBody::Outcome TrackerState::Follow(const FrameEvidence& frame, const Body
         watched.carrying.Watch(frame, evidence, *tracked.surface(), others, X_WB, tracked.rests());
     if (begins.verdict != Verdict::kBegins) return outcome;
     watched.published_W.assign({body.X_WB});
+    watched.X_WB = begins.X_WB;
     Published(body.id, watched, begins.X_WB);
     tracked.Carry(frame, &evidence, watched.carrying.carried_by(), true);
     return {.X_WB = begins.X_WB, .is_gone = false};
@@ -221,7 +227,12 @@ TrackedBody::Outcome TrackerState::Follow(const FrameEvidence& frame, const Body
   const Carrying::Outcome judged =
       held.carrying.Follow(frame, evidence, *tracked.surface(), others, body.X_WB,
                            tracked.FitCarried(frame, evidence, body, supports));
-  const std::optional<TrackChange> change = Published(body.id, held, judged.X_WB);
+  const bool link_moves =
+      (body.X_WB.translation() - held.X_WB.translation()).norm() > kLinkMoves_m ||
+      !body.X_WB.linear().isApprox(held.X_WB.linear(), kLinkMoves_m / kAlignmentReach_m);
+  held.X_WB = judged.X_WB;
+  const std::optional<TrackChange> change =
+      Published(body.id, held, judged.X_WB, link_moves ? kLeastCarried_m : kLeastHeld_m);
   tracked.Carry(frame, &evidence, held.carrying.carried_by(), change.has_value());
   if (judged.verdict == Verdict::kEnds || judged.verdict == Verdict::kLost) {
     tracked.LetGo(frame.stamp, judged.X_WB, judged.verdict == Verdict::kLost);

@@ -97,7 +97,7 @@ double Error_m(const TrackedFrame& frame, const GripperScene& scene) {
 }
 
 TEST(Carrying, FollowsWhatAGripperLifts) {
-  for (const std::uint64_t seed : {1U, 2U, 6U, 10U, 11U}) {  // a box, a ball, a cup and cans
+  for (const std::uint64_t seed : {1U, 2U, 10U}) {  // a box, a ball and a can
     const CarryTimes times;
     const GripperScene scene = Lifted(seed, times);
     TrackedSequence sequence(scene.script);
@@ -142,7 +142,7 @@ TEST(Carrying, SaysSoWhileItMovesAndRestsWhileTheGripperHoldsStill) {
 }
 
 TEST(Carrying, TakesNothingThatTheGripperOnlyPasses) {
-  for (const std::uint64_t seed : {1U, 2U, 6U}) {
+  for (const std::uint64_t seed : {1U, 8U}) {
     GripperScene scene(seed);
     const Vector3 center_W = scene.bounds_W.center();
     // The tips pass 10 mm above it, to and fro.
@@ -156,7 +156,7 @@ TEST(Carrying, TakesNothingThatTheGripperOnlyPasses) {
     scene.script.duration_s = 7;
     for (const TrackedFrame& frame : TrackedSequence(scene.script).Run()) {
       for (const TrackChange& change : frame.changes) {
-        EXPECT_TRUE(change.kind == Kind::kMovers || change.body != scene.id()) << frame.frame;
+        EXPECT_EQ(change.kind, Kind::kMovers) << "seed " << seed << ", frame " << frame.frame;
       }
       for (const auto& [id, facts] : frame.facts) EXPECT_EQ(facts.carried_by, "") << frame.frame;
     }
@@ -164,7 +164,7 @@ TEST(Carrying, TakesNothingThatTheGripperOnlyPasses) {
 }
 
 TEST(Carrying, FollowsWhatAFingerPushesButDoesNotCallItCarried) {
-  for (const std::uint64_t seed : {1U, 2U, 6U}) {
+  for (const std::uint64_t seed : {1U, 6U}) {
     GripperScene scene(seed);
     const Vector3 center_W = scene.bounds_W.center();
     const double begin_s = 2.5, end_s = 3.5, way_m = 0.1;
