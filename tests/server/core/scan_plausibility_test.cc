@@ -57,9 +57,11 @@ TEST_F(ScanPlausibility, AScanInAnotherUnitIsRefusedWhereTheWorldHoldsSomething)
   TableScan scan = ScanTable(ThreeBoxes(0));
   scan.truth.scale_is_implausible = true;
   EXPECT_EQ(Contradiction(scan), "") << "an empty world contradicts nothing";
-  EXPECT_EQ(Contradiction(scan), "SCALE");
-  EXPECT_EQ(Contradiction(scan, [](auto& request) { request.mode = IngestMode::kAdd; }), "SCALE");
-  EXPECT_EQ(Contradiction(scan, [](auto& request) { request.force = true; }), "");
+  TableScan next = ScanTable(ThreeBoxes(-0.05));
+  next.truth.scale_is_implausible = true;
+  EXPECT_EQ(Contradiction(next), "SCALE");
+  EXPECT_EQ(Contradiction(next, [](auto& request) { request.mode = IngestMode::kAdd; }), "SCALE");
+  EXPECT_EQ(Contradiction(next, [](auto& request) { request.force = true; }), "");
 }
 
 TEST_F(ScanPlausibility, AScanThatTakesAllSupportsAwayIsRefused) {
@@ -101,7 +103,7 @@ TEST_F(ScanPlausibility, PointsOfAnotherFrameDoNotLieWhereTheSensorStood) {
   const TableScan scan = ScanTable(ThreeBoxes(0));
   const auto without_pose = [](IngestRequest& request) { request.options.X_WC.reset(); };
   ASSERT_TRUE(Try(scan, without_pose).ok());
-  TableScan other = Raised(scan, -0.7);
+  TableScan other = Raised(ScanTable(ThreeBoxes(-0.08)), -0.7);
   other.truth.X_WC = scan.truth.X_WC;
   other.truth.seen_from_origin = false;
   EXPECT_EQ(Contradiction(other, without_pose), "VIEWPOINT");
