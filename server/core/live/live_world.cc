@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/core/error.h"
+#include "server/core/live/frame_stages.h"
 
 namespace cwm::server {
 namespace {
@@ -15,10 +16,6 @@ using perception::Stamp;
 
 // chosen: sightings are told to the second.
 constexpr auto kSightingPeriod = std::chrono::seconds(1);
-
-double Milliseconds(Clock::duration time) {
-  return std::chrono::duration<double, std::milli>(time).count();
-}
 
 FrameOutcome Refused(const Pose& X_WC, std::string reason, std::string message) {
   return {.fate = FrameFate::kRefused,
@@ -86,25 +83,6 @@ std::optional<PlaceAtStamp> PlaceBefore(const SensorComparison& comparison) {
   if (!comparison.X_WC.has_value() || !comparison.newest.has_value()) return std::nullopt;
   return PlaceAtStamp{.X_WC = *comparison.X_WC, .stamp = *comparison.newest};
 }
-
-// The stages of a frame, each from the end of the one before.
-class Stages {
- public:
-  explicit Stages(const LiveFrame& frame) : last_(frame.received) {
-    End("receive", frame.begun);
-    End("decode", frame.decoded);
-  }
-  void End(const char* stage, Clock::time_point now = Clock::now()) {
-    times_.push_back({.stage = stage, .elapsed_ms = Milliseconds(now - last_)});
-    last_ = now;
-  }
-  std::vector<perception::StageTime> Take() { return std::move(times_); }
-  Clock::time_point last() const { return last_; }
-
- private:
-  std::vector<perception::StageTime> times_;
-  Clock::time_point last_;
-};
 
 }  // namespace
 
@@ -204,7 +182,7 @@ RobotsSeen LiveWorld::FindRobots(SensorComparison& comparison, const SensorCalib
 
 absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uint64_t stream,
                                                 const LiveFrame& frame) {
-  Stages stages(frame);
+  FrameStages stages(frame);
   SensorComparison& comparison = session->comparison;
   const std::lock_guard comparing(comparison.mutex);
   if (absl::Status owns = session->CheckOwner(stream); !owns.ok()) {
