@@ -31,9 +31,8 @@ bool IsFarApart(const ViewAlignment& alignment, const MeanView& sensor, const Me
 std::string DirectionName(const perception::Vector6& twist) {
   const bool is_turn = twist.tail<3>().norm() > twist.head<3>().norm();
   const Vector3 axis = (is_turn ? twist.tail<3>() : twist.head<3>()).normalized();
-  return absl::StrFormat(
-      is_turn ? "turns about (%.2f, %.2f, %.2f)" : "shifts along (%.2f, %.2f, %.2f)", axis.x(),
-      axis.y(), axis.z());
+  return absl::StrFormat("%s (%.2f, %.2f, %.2f)", is_turn ? "turns about" : "shifts along",
+                         axis.x(), axis.y(), axis.z());
 }
 
 }  // namespace
@@ -110,7 +109,8 @@ SensorAgreement::Standing SensorAgreement::StandingOf(const std::string& sensor)
 
 std::optional<AgreementJob> SensorAgreement::TakeJob() {
   if (is_comparing_) return std::nullopt;
-  for (auto& [name, sensor] : sensors_) {
+  for (auto& named : sensors_) {
+    Sensor& sensor = named.second;
     if (!sensor.is_due) continue;
     // The first one of a world has nobody to be compared with, but is there for the next ones.
     const bool is_too_early = std::ranges::any_of(sensors_, [&](const auto& entry) {
@@ -123,7 +123,7 @@ std::optional<AgreementJob> SensorAgreement::TakeJob() {
     sensor.frames.clear();
     sensor.is_due = false;
     for (const auto& [other_name, other] : sensors_) {
-      if (other_name != name && other.view != nullptr) job.others.push_back(other.view);
+      if (other_name != named.first && other.view != nullptr) job.others.push_back(other.view);
     }
     const Vector3 p_W = sensor.header.X_WC.translation();
     std::ranges::stable_sort(job.others, {}, [&](const auto& other) {
@@ -205,12 +205,13 @@ std::vector<std::string> SensorAgreement::ConflictsOf(const std::string& sensor)
     const double apart_m = pair.alignment.apart_m;
     found.emplace_back(
         -apart_m,
-        absl::StrFormat(pair.alignment.is_aligned
-                            ? "what it and the sensor \"%s\" both see lies %.1f mm apart, more "
-                              "than the errors of their poses may be"
-                            : "it sees surfaces in space that the sensor \"%s\" sees through, by "
-                              "%.1f mm and more",
-                        names.second, 1e3 * apart_m));
+        pair.alignment.is_aligned
+            ? absl::StrFormat("what it and the sensor \"%s\" both see lies %.1f mm apart, "
+                              "more than the errors of their poses may be",
+                              names.second, 1e3 * apart_m)
+            : absl::StrFormat("it sees surfaces in space that the sensor \"%s\" sees "
+                              "through, by %.1f mm and more",
+                              names.second, 1e3 * apart_m));
   }
   std::ranges::sort(found);
   std::vector<std::string> words;
