@@ -25,7 +25,7 @@ std::size_t PixelIndex(int u, int v, int width) { return static_cast<std::size_t
 }  // namespace
 
 bool ExpectedPlaneAt(const ExpectedView& view, const DepthCamera& camera, int u, int v,
-             Eigen::Vector3f& plane_C) {
+                     Eigen::Vector3f& plane_C) {
   constexpr int kStep = kNormalStep_px;
   if (u < kStep || v < kStep || u + kStep >= camera.width || v + kStep >= camera.height) {
     return false;

@@ -15,7 +15,8 @@ constexpr double kSignatureReach_m = 0.01;  // of distances, which the samples d
 }  // namespace
 
 ShapeSignature::ShapeSignature(const HybridModel& model) {
-  const std::vector<SurfaceSample> samples = ModelSurface(model, kSignatureReach_m).Samples(kSurfaceSamples);
+  const std::vector<SurfaceSample> samples =
+      ModelSurface(model, kSignatureReach_m).Samples(kSurfaceSamples);
   if (samples.empty()) return;
   const auto count = static_cast<double>(samples.size());
   Vector3 mean = Vector3::Zero();
