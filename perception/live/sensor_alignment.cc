@@ -40,7 +40,7 @@ constexpr double kMaxContradicting = kMinSignificantShare;
 constexpr double kQuantile_sigma = 2.782;
 
 struct PlaneSample {
-  LocalPlane plane;
+  ViewPlane plane;
   int patch = 0;
 };
 
@@ -56,11 +56,11 @@ int FaceOf(const Vector3& normal) {
 std::vector<PlaneSample> SamplesOf(ViewPlanes& planes, int& patch_count) {
   const DepthCamera& camera = planes.view().camera;
   using Key = std::tuple<int, int, int, int>;
-  std::map<Key, std::vector<LocalPlane>> patches;
+  std::map<Key, std::vector<ViewPlane>> patches;
   const int stride = std::max(1, static_cast<int>(camera.pinhole.focal_u_px / kSteps));
   for (int v = 0; v < camera.height; v += stride) {
     for (int u = 0; u < camera.width; u += stride) {
-      const LocalPlane* const plane = planes.At(u, v);
+      const ViewPlane* const plane = planes.At(u, v);
       if (plane == nullptr) continue;
       const Eigen::Vector3i cell = (plane->p_W / kPatch_m).array().floor().cast<int>();
       patches[{cell.x(), cell.y(), cell.z(), FaceOf(plane->normal_W)}].push_back(*plane);
@@ -83,7 +83,7 @@ enum class PointVerdict { kUnseen, kMatched, kContradicts };
 struct Match {
   PointVerdict verdict = PointVerdict::kUnseen;
   double before_m = 0;  // along the other sensor's axis, that the point lies before its surface
-  LocalPlane plane = {};
+  ViewPlane plane = {};
 };
 
 // The other sensor's surface in the direction of a point.
@@ -106,7 +106,7 @@ Match MatchOf(ViewPlanes& other, const Pose& X_CW, const Vector3& p_W, const Vec
     match.verdict = PointVerdict::kContradicts;
     return match;
   }
-  const LocalPlane* const plane = other.At(u, v);
+  const ViewPlane* const plane = other.At(u, v);
   if (plane == nullptr || plane->normal_W.dot(normal_W) < std::cos(2 * kSameNormal_rad))
     return match;
   match.plane = *plane;
@@ -133,11 +133,11 @@ NormalEquations Compare(const std::vector<PlaneSample>& samples, int patch_count
   const Pose X_WC = sensor.view().X_WC;
   const Pose X_WW = Moved(X_WC, twist) * X_WC.inverse();  // of points of the sensor
   const Pose X_CW = other.view().X_WC.inverse();
-  std::vector<std::pair<std::size_t, LocalPlane>> matched;
+  std::vector<std::pair<std::size_t, ViewPlane>> matched;
   std::vector<int> counts(static_cast<std::size_t>(patch_count), 0);
   NormalEquations sums;
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    const LocalPlane& own = samples[i].plane;
+    const ViewPlane& own = samples[i].plane;
     const Match match = MatchOf(other, X_CW, X_WW * own.p_W, X_WW.linear() * own.normal_W, reach_m);
     if (match.verdict == PointVerdict::kUnseen) continue;
     ++sums.compared;

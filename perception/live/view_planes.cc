@@ -20,7 +20,7 @@ constexpr double kMinFacing_cos = 0.26;
 
 }  // namespace
 
-std::optional<LocalPlane> ViewPlanes::Fit(int u, int v) const {
+std::optional<ViewPlane> ViewPlanes::Fit(int u, int v) const {
   if (depth_m(u, v) == 0) return std::nullopt;
   for (const double window_m : kWindows_m) {
     if (auto plane = FitWithin(u, v, window_m)) return plane;
@@ -28,7 +28,7 @@ std::optional<LocalPlane> ViewPlanes::Fit(int u, int v) const {
   return std::nullopt;
 }
 
-std::optional<LocalPlane> ViewPlanes::FitWithin(int u, int v, double window_m) const {
+std::optional<ViewPlane> ViewPlanes::FitWithin(int u, int v, double window_m) const {
   const float z = depth_m(u, v);
   const DepthCamera& camera = view_.camera;
   const int reach =
@@ -71,11 +71,11 @@ std::optional<LocalPlane> ViewPlanes::FitWithin(int u, int v, double window_m) c
   // The slope of a line through points with these errors, of which so many are independent.
   const double independent = std::max(1.0, count * stride * stride / kPointsPerIndependentSample);
   const double warp_slope = warp_m_ / kWarpCorrelation_m;
-  return LocalPlane{.p_W = view_.X_WC.translation() + at,
-                    .normal_W = normal,
-                    .depth_m = static_cast<double>(z),
-                    .normal_variance = thickness_m2 / (independent * axes.eigenvalues()[1]) +
-                                       warp_slope * warp_slope};
+  return ViewPlane{.p_W = view_.X_WC.translation() + at,
+                   .normal_W = normal,
+                   .depth_m = static_cast<double>(z),
+                   .normal_variance = thickness_m2 / (independent * axes.eigenvalues()[1]) +
+                                      warp_slope * warp_slope};
 }
 
 }  // namespace cwm::perception

@@ -10,7 +10,7 @@
 
 namespace cwm::perception {
 
-struct LocalPlane {
+struct ViewPlane {
   Vector3 p_W = Vector3::Zero();
   Vector3 normal_W = Vector3::UnitZ();  // to the sensor
   double depth_m = 0;
@@ -32,7 +32,7 @@ class ViewPlanes {
 
   // The plane of least squares about the pixel; null at edges and where returns are missing.
   // Valid until the next call.
-  const LocalPlane* At(int u, int v) {
+  const ViewPlane* At(int u, int v) {
     std::int32_t& place = places_[static_cast<std::size_t>(v) * view_.camera.width + u];
     if (place == kUnknown) {
       place = kNone;
@@ -56,14 +56,14 @@ class ViewPlanes {
  private:
   static constexpr std::int32_t kUnknown = -1, kNone = -2;
 
-  std::optional<LocalPlane> Fit(int u, int v) const;
-  std::optional<LocalPlane> FitWithin(int u, int v, double window_m) const;
+  std::optional<ViewPlane> Fit(int u, int v) const;
+  std::optional<ViewPlane> FitWithin(int u, int v, double window_m) const;
 
   const MeanView& view_;
   PixelRays rays_;
   double warp_m_;
   std::vector<std::int32_t> places_;  // per pixel, in planes_
-  std::vector<LocalPlane> planes_;
+  std::vector<ViewPlane> planes_;
 };
 
 }  // namespace cwm::perception
