@@ -14,12 +14,12 @@ namespace {
 // chosen: samples of one surface; 20 bodies of so many are judged in a millisecond.
 constexpr int kScoreSamples = 300;
 // chosen: a pose is confirmed by so many samples that the frame shows.
-constexpr int kLeastHits = 12;
+constexpr int kMinHits = 12;
 // chosen: the share of its points that the body must explain. Fingers beside it take the rest.
-constexpr double kLeastExplained = 0.5;
+constexpr double kMinExplained = 0.5;
 // measured: rays that pass a surface at its ragged outline are at most a fifth of those that see
 // it.
-constexpr double kLeastScore = 0.6;
+constexpr double kMinScore = 0.6;
 // chosen: scores that differ by less are equal: some samples at the outline flicker.
 constexpr double kScoreNoise = 0.05;
 // chosen: a region of a body may also have parts of what holds it.
@@ -67,29 +67,36 @@ double FitGate_m(const FrameEvidence& frame, const Pose& X_WB) {
                                   frame.pose_sigma.At_m(range_m));
 }
 
+std::optional<SeenSample> SeenAt(const FrameEvidence& frame, const Pose& X_CB,
+                                 const SurfaceSample& sample) {
+  const Vector3 p_C = X_CB * sample.p_O;
+  const double facing = (X_CB.linear() * sample.normal_O).dot(p_C);
+  // Grazing samples have returns of what is beside them.
+  const bool is_seen =
+      std::abs(facing) > kMinSignificantShare * p_C.norm() && (facing < 0 || sample.two_sided);
+  if (p_C.z() <= 0 || !is_seen) return std::nullopt;
+  const Pinhole& pinhole = frame.camera.pinhole;
+  const DepthImage& image = *frame.image;
+  SeenSample seen{.p_C = p_C, .measured_m = std::nullopt};
+  const auto u =
+      static_cast<int>(std::lround(pinhole.focal_u_px * p_C.x() / p_C.z() + pinhole.center_u_px));
+  const auto v =
+      static_cast<int>(std::lround(pinhole.focal_v_px * p_C.y() / p_C.z() + pinhole.center_v_px));
+  if (u < 0 || v < 0 || u >= image.width || v >= image.height) return seen;
+  if (image.at(u, v) != 0) seen.measured_m = image.at(u, v);
+  return seen;
+}
+
 PoseScore ScoreOf(const FrameEvidence& frame, const BodySurface& body, const Pose& X_WB) {
   PoseScore score;
   const Pose X_CB = frame.X_WC.inverse() * X_WB;
-  const Pinhole& pinhole = frame.camera.pinhole;
-  const DepthImage& image = *frame.image;
   const double gate_m = FitGate_m(frame, X_WB);
   for (const SurfaceSample& sample : body.samples()) {
-    const Vector3 p_C = X_CB * sample.p_O;
-    const double facing = (X_CB.linear() * sample.normal_O).dot(p_C);
-    // Grazing samples have returns of what is beside them.
-    const bool is_seen =
-        std::abs(facing) > kMinSignificantShare * p_C.norm() && (facing < 0 || sample.two_sided);
-    if (p_C.z() <= 0 || !is_seen) continue;
-    const auto u =
-        static_cast<int>(std::lround(pinhole.focal_u_px * p_C.x() / p_C.z() + pinhole.center_u_px));
-    const auto v =
-        static_cast<int>(std::lround(pinhole.focal_v_px * p_C.y() / p_C.z() + pinhole.center_v_px));
-    if (u < 0 || v < 0 || u >= image.width || v >= image.height) continue;
-    const float depth_m = image.at(u, v);
-    if (depth_m == 0) continue;
-    if (depth_m < p_C.z() - gate_m) {
+    const auto seen = SeenAt(frame, X_CB, sample);
+    if (!seen || !seen->measured_m) continue;
+    if (*seen->measured_m < seen->p_C.z() - gate_m) {
       ++score.hidden;
-    } else if (depth_m > p_C.z() + gate_m) {
+    } else if (*seen->measured_m > seen->p_C.z() + gate_m) {
       ++score.through;
     } else {
       ++score.hit;
@@ -141,11 +148,11 @@ std::optional<Pose> FitPose(const FrameEvidence& frame,
                           std::sqrt(kPointsPerSample) * sigma_m, kPredicted_m);
   }
   const double share = ExplainedShare(points_L, body.surface(), X_LB, gate_m);
-  if (share < kLeastExplained) return std::nullopt;
+  if (share < kMinExplained) return std::nullopt;
   Pose X_WB = X_LB;
   X_WB.translation() += frame.X_WC.translation();
   const PoseScore score = ScoreOf(frame, body, X_WB);
-  if (score.hit < kLeastHits || score.value() < kLeastScore) return std::nullopt;
+  if (score.hit < kMinHits || score.value() < kMinScore) return std::nullopt;
   const PoseScore old = ScoreOf(frame, body, X_WB_old);
   if (purpose == FitFor::kGoOn) {
     if (score.value() < old.value() - kScoreNoise) return std::nullopt;

@@ -32,6 +32,15 @@ class BodySurface {
   Aabb bounds_O_;
 };
 
+// A sample of a surface that faces the camera, and the depth of its pixel.
+struct SeenSample {
+  Vector3 p_C = Vector3::Zero();         // of the sample, in the optical frame
+  std::optional<float> measured_m = {};  // empty: outside of the image, or no return
+};
+// Empty: the sample faces away, is grazed by its ray, or lies behind the camera.
+std::optional<SeenSample> SeenAt(const FrameEvidence& frame, const Pose& X_CB,
+                                 const SurfaceSample& sample);
+
 // Samples of the surface that face the sensor, by what the frame's depth says of them.
 struct PoseScore {
   int hit = 0;

@@ -23,9 +23,9 @@ constexpr double kSamePose_m = 0.001;
 // chosen: odds that differ by less are equal.
 constexpr double kEqualOdds = 2;
 // chosen: one frame alone never decides that a body is not there.
-constexpr int kLeastLostFrames = 2;
+constexpr int kMinLostFrames = 2;
 // chosen: the place in the gripper is a mean over so many frames, so that slips are followed.
-constexpr int kMostFits = 8;
+constexpr int kMaxFits = 8;
 
 double ReachOf_m(const FrameEvidence& frame, const Pose& X_WB) {
   return RobotMargins().calibration_m + FitGate_m(frame, X_WB);
@@ -310,7 +310,7 @@ Carrying::Outcome Carrying::Follow(const FrameEvidence& frame, const BodyEvidenc
     const bool has_slipped = at.log_odds > carried.log_odds + kDecisive;
     if (has_slipped) carrier_->fits = 0;
     if (has_slipped || at.log_odds > carried.log_odds - kEqualOdds) {
-      carrier_->fits = std::min(carrier_->fits + 1, kMostFits);
+      carrier_->fits = std::min(carrier_->fits + 1, kMaxFits);
       X_WB_now = Between(X_WB, *fit, 1.0 / carrier_->fits);
       odds = at.log_odds;
       const Pose& X_WL = *FindLink(frame.robots, carrier_->robot, carrier_->index);
@@ -318,7 +318,7 @@ Carrying::Outcome Carrying::Follow(const FrameEvidence& frame, const BodyEvidenc
     }
   }
   lost_frames_ = odds < -kDecisive ? lost_frames_ + 1 : 0;
-  if (lost_frames_ >= kLeastLostFrames) {
+  if (lost_frames_ >= kMinLostFrames) {
     Reset();
     return {Verdict::kLost, X_WB_now};
   }

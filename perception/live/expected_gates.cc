@@ -8,7 +8,7 @@ namespace cwm::perception {
 namespace {
 
 constexpr float kNoDepth_m = std::numeric_limits<float>::infinity();
-constexpr float kLeastGate_m = 1e-6F;  // a gate never holds 0, which is no return
+constexpr float kMinGate_m = 1e-6F;  // a gate never holds 0, which is no return
 
 // Joins `of` into the extrema of the values `offset` places before, for places in [begin, end).
 void Join(const float* of, int begin, int end, int offset, float* low, float* high) {
@@ -30,7 +30,7 @@ ExpectedGates::ExpectedGates(int width, int height)
 
 int ExpectedGates::MovingRadius_px(double sigma_px) {
   const int blur_and_error = kStillRadius_px + static_cast<int>(std::ceil(2 * sigma_px));
-  return std::clamp(blur_and_error, kLeastMovingRadius_px, kMaxMovingRadius_px);
+  return std::clamp(blur_and_error, kMinMovingRadius_px, kMaxMovingRadius_px);
 }
 
 void ExpectedGates::Refresh(const PixelRectangle& changed, const std::vector<float>& expected_m,
@@ -70,7 +70,7 @@ void ExpectedGates::Refresh(const PixelRectangle& changed, const std::vector<flo
     };
     for (int u = result.u_begin; u < result.u_end; ++u) {
       if (low[u] == kNoDepth_m) continue;
-      low[u] = std::max(low[u] - tolerance_m(low[u]), kLeastGate_m);
+      low[u] = std::max(low[u] - tolerance_m(low[u]), kMinGate_m);
       if (high[u] != kNoDepth_m) high[u] += tolerance_m(high[u]);
     }
   }

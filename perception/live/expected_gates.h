@@ -19,7 +19,7 @@ class ExpectedGates {
   // chosen: matching windows blur edges by two pixels. The pose of a moving sensor has an error of
   // some tenths of a degree, which is a pixel or more.
   static constexpr int kStillRadius_px = 2;
-  static constexpr int kLeastMovingRadius_px = 3;
+  static constexpr int kMinMovingRadius_px = 3;
   static constexpr int kMaxMovingRadius_px = 6;
   // The radius for a moving sensor, with the error of its pose in pixels, one standard deviation.
   static int MovingRadius_px(double sigma_px);

@@ -23,7 +23,7 @@ constexpr int kCut_px = 2 * kBlock_px;
 // and columns.
 constexpr int kAgeStep_px = 4;
 // chosen: so many of a block's 16 points must have entered, since single ones are mixed pixels.
-constexpr std::size_t kLeastEntered = 8;
+constexpr std::size_t kMinEntered = 8;
 // chosen: outlines flicker by so much (Kinect: 0.8 pixels, Nguyen et al. 2012).
 constexpr int kFlicker_px = 1;
 
@@ -136,10 +136,10 @@ void HotRegions::KeepEntered(const MovingSensor& moving, std::size_t first,
   std::size_t kept = first;
   for (std::size_t i = first; i < points_L.size(); ++i) {
     // Most blocks have none, and some of their points tell.
-    if (kept == first && i >= first + kLeastEntered) break;
+    if (kept == first && i >= first + kMinEntered) break;
     if (has_entered(points_L[i])) points_L[kept++] = points_L[i];
   }
-  points_L.resize(kept - first >= kLeastEntered ? kept : first);
+  points_L.resize(kept - first >= kMinEntered ? kept : first);
 }
 
 HotRegions::Rest HotRegions::RestOf(const std::vector<std::int32_t>& blocks, double share) const {

@@ -73,7 +73,7 @@ std::vector<Cell> SmallestCells(const std::vector<Eigen::Vector3f>& points,
     const Cell cell = CellAt(origin_W + p.cast<double>(), kSmallestCell_m);
     if (++counts[KeyOf(cell)] == 1) cells.push_back(cell);
   }
-  if (points.size() > kLeastMoverPoints) {
+  if (points.size() > kMinMoverPoints) {
     std::vector<Cell> kept;
     std::ranges::copy_if(cells, std::back_inserter(kept), [&](const Cell& cell) {
       return counts.at(KeyOf(cell)) > 1 || HasNeighbour(counts, cell);

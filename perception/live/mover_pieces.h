@@ -16,10 +16,10 @@ inline constexpr double kMoverMargin_m = 0.010;
 // Covers all points of each list, given in a frame with the world's axes whose origin is at
 // `origin_W`, by boxes along the world's axes: cells of a grid, joined greedily. One piece per
 // list, at most kMaxMoverBoxes boxes of all; the cells grow until they suffice. A single point far
-// from all others of a list of more than kLeastMoverPoints is left out: it is noise.
+// from all others of a list of more than kMinMoverPoints is left out: it is noise.
 std::vector<MoverPiece> CoverByBoxes(std::span<const std::vector<Eigen::Vector3f>> lists,
                                      const Vector3& origin_W);
-inline constexpr int kLeastMoverPoints = 8;
+inline constexpr int kMinMoverPoints = 8;
 
 // The share of the points that lie in a box of the pieces; 1 without points.
 double CoveredShare(std::span<const MoverPiece> pieces,

@@ -293,7 +293,7 @@ class Finder {
       if (is_taken[first]) continue;
       DetectedObject joined = residuals[first];
       std::optional<HybridModel> model;
-      // What is joined may touch what the first does not.
+      // A residual that was joined may touch others that the first one does not.
       std::vector<std::size_t> open = {first};
       while (!open.empty()) {
         const std::size_t from = open.back();

@@ -23,10 +23,10 @@ constexpr int kReweightings = 4;
 // chosen: directions that no surface determines have so little of the given pose's information.
 constexpr double kUndetermined = 1e-3;
 // chosen: fewer pixels correct nothing.
-constexpr int kLeastPixels = 50;
+constexpr int kMinPixels = 50;
 // derived: what shares an error with its neighbours, as the warp, does not average out.
-constexpr double kLeastSigma_m = 0.001;
-constexpr double kLeastSigma_rad = 0.0005;
+constexpr double kMinSigma_m = 0.001;
+constexpr double kMinSigma_rad = 0.0005;
 
 // residual_m = derivative * twist, the twist being that of the sensor: its translation, and its
 // rotation about itself, in the world's axes.
@@ -97,7 +97,7 @@ PoseEstimate EstimatePose(const ExpectedView& view, const Pose& X_WC, const Dept
       .X_WC = X_WC_given, .sigma = given, .depth_sigma_m = given.translation_m};
   if (given.translation_m <= 0 || given.rotation_rad <= 0) return unknown;
   const std::vector<Row> rows = RowsOf(view, X_WC, image, robots, camera, noise, given);
-  if (rows.size() < kLeastPixels) return unknown;
+  if (rows.size() < kMinPixels) return unknown;
   Vector6 variance_given;
   variance_given << Vector3::Constant(given.translation_m * given.translation_m),
       Vector3::Constant(given.rotation_rad * given.rotation_rad);
@@ -124,7 +124,7 @@ PoseEstimate EstimatePose(const ExpectedView& view, const Pose& X_WC, const Dept
       measured.noalias() += per_m2 * row.derivative * row.derivative.transpose();
       moment += per_m2 * row.residual_m * row.derivative;
     }
-    if (weights < kLeastPixels) return unknown;
+    if (weights < kMinPixels) return unknown;
     scale = std::sqrt(squares / weights);
     // The surfaces were placed by earlier poses, which erred as much: each pose is worth as much as
     // the world, and a drift of the world does not grow.
@@ -144,10 +144,10 @@ PoseEstimate EstimatePose(const ExpectedView& view, const Pose& X_WC, const Dept
   const double translation_m = std::sqrt(mean_variance(covariance.topLeftCorner<3, 3>()));
   const double rotation_rad = std::sqrt(mean_variance(covariance.bottomRightCorner<3, 3>()));
   return {.X_WC = Moved(X_WC, twist),
-          .sigma = {.translation_m = std::hypot(kLeastSigma_m, translation_m),
-                    .rotation_rad = std::hypot(kLeastSigma_rad, rotation_rad)},
+          .sigma = {.translation_m = std::hypot(kMinSigma_m, translation_m),
+                    .rotation_rad = std::hypot(kMinSigma_rad, rotation_rad)},
           .depth_sigma_m = std::hypot(
-              kLeastSigma_m, std::sqrt(depth_variance_m2 / static_cast<double>(rows.size())))};
+              kMinSigma_m, std::sqrt(depth_variance_m2 / static_cast<double>(rows.size())))};
 }
 
 }  // namespace cwm::perception

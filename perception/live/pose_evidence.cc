@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "perception/cloud/tolerances.h"
+#include "perception/track/ray_classification.h"
 
 namespace cwm::perception {
 namespace {
@@ -12,8 +13,6 @@ namespace {
 // body is elsewhere, and if it is there.
 constexpr double kPassedIfElsewhere = 0.9;
 constexpr double kPassedIfThere = 0.25;
-// chosen: the least visible share of a body that may be judged.
-constexpr double kLeastVisibleShare = 0.15;
 
 }  // namespace
 
@@ -59,7 +58,7 @@ bool NearbySurfaces::Explain(const Vector3& p_W) const {
 }
 
 bool PoseEvidence::IsHidden() const {
-  return visible() <= kLeastVisibleShare * (visible() + hidden + on_other);
+  return visible() <= kMinVisibleShare * (visible() + hidden + on_other);
 }
 
 PoseEvidence EvidenceAt(const FrameEvidence& frame, const BodySurface& body, const Pose& X_WB,
@@ -67,27 +66,17 @@ PoseEvidence EvidenceAt(const FrameEvidence& frame, const BodySurface& body, con
   static const double through = std::log(kPassedIfThere / kPassedIfElsewhere);
   static const double hit = std::log((1 - kPassedIfThere) / (1 - kPassedIfElsewhere));
   const Pose X_CB = frame.X_WC.inverse() * X_WB;
-  const Pinhole& pinhole = frame.camera.pinhole;
-  const DepthImage& image = *frame.image;
   const double sigma_m = FitGate_m(frame, X_WB) / kGate_sigma;
   PoseEvidence evidence;
   int facing = 0;
   double odds = 0;
   for (const SurfaceSample& sample : body.samples()) {
-    const Vector3 p_C = X_CB * sample.p_O;
-    const double cosine = (X_CB.linear() * sample.normal_O).dot(p_C);
-    // Grazing samples have returns of what is beside them.
-    const bool is_seen =
-        std::abs(cosine) > kMinSignificantShare * p_C.norm() && (cosine < 0 || sample.two_sided);
-    if (p_C.z() <= 0 || !is_seen) continue;
+    const auto seen = SeenAt(frame, X_CB, sample);
+    if (!seen) continue;
     ++facing;
-    const auto u =
-        static_cast<int>(std::lround(pinhole.focal_u_px * p_C.x() / p_C.z() + pinhole.center_u_px));
-    const auto v =
-        static_cast<int>(std::lround(pinhole.focal_v_px * p_C.y() / p_C.z() + pinhole.center_v_px));
-    if (u < 0 || v < 0 || u >= image.width || v >= image.height) continue;
-    const float depth_m = image.at(u, v);
-    if (depth_m == 0) continue;
+    if (!seen->measured_m) continue;
+    const double depth_m = *seen->measured_m;
+    const Vector3& p_C = seen->p_C;
     const double error = (depth_m - p_C.z()) / sigma_m;
     if (error > kGate_sigma) {
       ++evidence.through;

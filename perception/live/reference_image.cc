@@ -13,7 +13,7 @@ namespace cwm::perception {
 namespace {
 
 constexpr float kInfinite_m = std::numeric_limits<float>::infinity();
-constexpr float kLeastLow_m = 1e-6F;  // a gate never holds 0, which is no return
+constexpr float kMinLow_m = 1e-6F;  // a gate never holds 0, which is no return
 
 // chosen: the mean of this many frames has an error of a fifth of one frame's.
 constexpr int kMatureFrames = 24;
@@ -36,7 +36,7 @@ constexpr LearningGains kMature = {.mean = kMatureGain,
                                    .validity = kValidityGain,
                                    .prior_share = kPriorShare,
                                    .gate_sigma = kDifference_sigma,
-                                   .least_low_m = kLeastLow_m};
+                                   .least_low_m = kMinLow_m};
 // chosen: holes are compared with what is around them, which hardly changes.
 constexpr int kHoleFrames = 64;
 
@@ -363,7 +363,7 @@ void ReferenceImage::RefreshGate(int u, int v, float expected_m) {
   const float gain =
       frames_[i] >= kMatureFrames ? kMatureGain : 1.0F / static_cast<float>(frames_[i]);
   const float gate_m = kDifference_sigma * std::sqrt(variance * (1 + gain));
-  low_m_[i] = std::max(low - gate_m, kLeastLow_m);
+  low_m_[i] = std::max(low - gate_m, kMinLow_m);
   high_m_[i] = high + gate_m;
 }
 
@@ -410,7 +410,7 @@ void ReferenceImage::RefreshHoles() {
       const float least = around(column, row);
       hole_low_m_[i] = least == kInfinite_m
                            ? kInfinite_m
-                           : std::max(least - noise_.Explained_m(least), kLeastLow_m);
+                           : std::max(least - noise_.Explained_m(least), kMinLow_m);
     }
   }
 }

@@ -12,7 +12,7 @@ namespace {
 
 // chosen: the interpreter sees so much of the support around a region, at least. A support is found
 // by a few hundred points, and its height by those next to the object.
-constexpr int kLeastContext_px = 48;
+constexpr int kMinContext_px = 48;
 
 bool IsOfWorld(PixelClass pixel) {
   return pixel != PixelClass::kMissing && pixel != PixelClass::kRobot &&
@@ -74,7 +74,7 @@ std::vector<std::uint8_t> Windows(const FrameEvidence& frame, const RegionReques
     v_end = std::max(v_end, v + kBlock_px);
   }
   // As much context on each side as the region is wide.
-  const int margin_px = std::max({kLeastContext_px, u_end - u_begin, v_end - v_begin});
+  const int margin_px = std::max({kMinContext_px, u_end - u_begin, v_end - v_begin});
   const auto fill = [&](int u0, int v0, int u1, int v1, std::uint8_t value) {
     for (int v = std::max(0, v0); v < std::min(height, v1); ++v) {
       for (int u = std::max(0, u0); u < std::min(width, u1); ++u) {

@@ -20,8 +20,8 @@ namespace cwm::perception {
 namespace {
 constexpr float kNothing_m = std::numeric_limits<float>::infinity();
 // chosen: a correction of a pose that is as small changes no class of a pixel.
-constexpr double kLeastCorrection_m = 0.001;
-constexpr double kLeastCorrection_px = 0.5;
+constexpr double kMinCorrection_m = 0.001;
+constexpr double kMinCorrection_px = 0.5;
 }  // namespace
 
 struct SensorView::State {
@@ -318,8 +318,8 @@ void SensorView::State::CorrectPose(const SensorFrame& frame, std::span<const Kn
       EstimatePose(view, X_WC, *frame.image, robots, camera, noise, frame.X_WC, frame.pose_sigma);
   // What is much less than the tolerances is not worth another view.
   const Eigen::AngleAxisd turn(Matrix3(estimate.X_WC.linear() * X_WC.linear().transpose()));
-  if ((estimate.X_WC.translation() - X_WC.translation()).norm() < kLeastCorrection_m &&
-      turn.angle() * camera.pinhole.focal_u_px < kLeastCorrection_px) {
+  if ((estimate.X_WC.translation() - X_WC.translation()).norm() < kMinCorrection_m &&
+      turn.angle() * camera.pinhole.focal_u_px < kMinCorrection_px) {
     return;
   }
   X_WC = estimate.X_WC;

@@ -18,8 +18,8 @@ constexpr int kLearning_frames = 15;
 constexpr double kMemory_frames = 300;
 // chosen: spreads below a fifth of a millimetre, or half of the assumed one, are luck: some frames
 // are alike by chance.
-constexpr double kLeastSpread_m = 0.0002;
-constexpr double kLeastOfAssumed = 0.5;
+constexpr double kMinSpread_m = 0.0002;
+constexpr double kMinOfAssumed = 0.5;
 // chosen: a shift that is told only after two seconds is as good as drift.
 constexpr std::size_t kLongestRun_frames = 60;
 
@@ -30,7 +30,7 @@ Vector6 ShiftTest::Spread_m() const { return variance_m2_.cwiseSqrt().cwiseMax(l
 bool ShiftTest::Add(const Vector6& shift_m, const Vector6& assumed_sigma_m) {
   if (frames_ == 0) {
     variance_m2_ = assumed_sigma_m.cwiseAbs2();
-    least_spread_m_ = (kLeastOfAssumed * assumed_sigma_m).cwiseMax(kLeastSpread_m);
+    least_spread_m_ = (kMinOfAssumed * assumed_sigma_m).cwiseMax(kMinSpread_m);
     mean_m_ = shift_m;  // the first frame defines the displacement of rest
     frames_ = 1;
     return false;

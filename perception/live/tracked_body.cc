@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "perception/cloud/tolerances.h"
+#include "perception/track/ray_classification.h"
 
 namespace cwm::perception {
 namespace {
@@ -16,21 +17,19 @@ namespace {
 using std::chrono::milliseconds;
 
 // chosen: fewer expected pixels give no information about a body.
-constexpr int kLeastExpected_px = 24;
-// chosen: the least visible share of a body that may be judged; with less it counts as hidden.
-constexpr double kMinVisibleShare = 0.15;
+constexpr int kMinExpected_px = 24;
 
 // chosen: shares of visible pixels that rays pass through if the body is gone, and if it is there
 // but its model is larger than it. Equal odds at 0.61, as for single scans.
 constexpr double kThroughIfGone = 0.9;
 constexpr double kThroughIfThere = 0.25;
 // chosen: one frame alone never decides, however many pixels it has: its errors are correlated.
-constexpr double kMostOfAFrame = 8;
-constexpr double kMostOfAMovingFrame = 4;  // chosen: the error of a pose lasts for some frames
-constexpr double kMostCertain = 12;
+constexpr double kMaxOddsOfFrame = 8;
+constexpr double kMaxOddsOfMovingFrame = 4;  // chosen: the error of a pose lasts for some frames
+constexpr double kMaxOdds = 12;
 constexpr double kGone = 10;
-constexpr int kLeastThroughFrames = 2;
-constexpr milliseconds kLeastThroughTime{60};
+constexpr int kMinThroughFrames = 2;
+constexpr milliseconds kMinThroughTime{60};
 
 // chosen: a share of pixels in front above which the rest of the body says little of its shift.
 constexpr double kMaxInFront = 0.2;
@@ -40,12 +39,12 @@ constexpr double kPatchShare = 0.25;
 // chosen: directions that the depths do not determine within this length are left as they are.
 constexpr double kUndetermined_m = 0.005;
 // chosen: smaller shifts are not worth a revision.
-constexpr double kLeastShift_m = 0.001;
+constexpr double kMinShift_m = 0.001;
 
-constexpr double kLeastPublished_m = 0.0003;  // chosen: of a body that moves
+constexpr double kMinPublished_m = 0.0003;  // chosen: of a body that moves
 // chosen: so many pixels that differ may show that a body is not where it was.
-constexpr int kLeastChanged_px = 12;
-constexpr double kLeastChangedShare = 0.03;
+constexpr int kMinChanged_px = 12;
+constexpr double kMinChangedShare = 0.03;
 
 constexpr double kSettled_mps = 0.005;  // chosen: a hand holds still less well
 constexpr double kSettled_radps = 0.05;
@@ -63,7 +62,7 @@ double Seconds(Stamp::duration time) { return std::chrono::duration<double>(time
 Visibility VisibilityOf(const BodyEvidence& evidence) {
   const int visible = evidence.consistent + evidence.farther;
   const int informed = visible + evidence.nearer + evidence.hidden;
-  if (evidence.expected < kLeastExpected_px || informed < kMinVisibleShare * evidence.expected) {
+  if (evidence.expected < kMinExpected_px || informed < kMinVisibleShare * evidence.expected) {
     return Visibility::kStale;
   }
   return visible < kMinVisibleShare * informed ? Visibility::kOccluded : Visibility::kVisible;
@@ -72,13 +71,13 @@ Visibility VisibilityOf(const BodyEvidence& evidence) {
 // The least shift by which a body at rest is told to have moved.
 double LeastShift_m(const FrameEvidence& frame, const KnownBody& body) {
   const double range_m = (body.X_WB.translation() - frame.X_WC.translation()).norm();
-  return std::max(kLeastShift_m, kGate_sigma * frame.pose_sigma.At_m(range_m));
+  return std::max(kMinShift_m, kGate_sigma * frame.pose_sigma.At_m(range_m));
 }
 
 // True if something came to a hot region at the body, see HotRegion::points_L.
 bool HasEntered(const FrameEvidence& frame, BodyId body) {
   return std::ranges::any_of(frame.regions, [&](const HotRegion& region) {
-    return region.points_L.size() >= kLeastChanged_px &&
+    return region.points_L.size() >= kMinChanged_px &&
            std::ranges::binary_search(region.bodies, body);
   });
 }
@@ -100,7 +99,7 @@ bool ExplainsEntered(const FrameEvidence& frame, const KnownBody& body,
       count += now.Explains(p_L, within_m) && !before.Explains(p_L, within_m) ? 1 : 0;
     }
   }
-  return count >= kLeastChanged_px;
+  return count >= kMinChanged_px;
 }
 
 // A motion and its standard deviations: translation in metres, and rotation in metres at the lever.
@@ -154,7 +153,7 @@ bool TrackedBody::IsGone(const FrameEvidence& frame, const BodyEvidence& evidenc
   // A body of which nothing differs is there.
   const int passed = evidence.passed;
   const int shown = evidence.is_hot ? evidence.shown : evidence.consistent;
-  if (evidence.expected < kLeastExpected_px ||
+  if (evidence.expected < kMinExpected_px ||
       passed + shown < kMinVisibleShare * evidence.expected) {
     return false;
   }
@@ -166,11 +165,11 @@ bool TrackedBody::IsGone(const FrameEvidence& frame, const BodyEvidence& evidenc
   } else if (sensor.through_frames++ == 0) {
     sensor.through_since = frame.stamp;
   }
-  const double most = frame.is_moving ? kMostOfAMovingFrame : kMostOfAFrame;
+  const double most = frame.is_moving ? kMaxOddsOfMovingFrame : kMaxOddsOfFrame;
   sensor.gone_log_odds =
-      std::clamp(sensor.gone_log_odds + std::clamp(odds, -most, most), -kMostCertain, kMostCertain);
-  if (sensor.through_frames < kLeastThroughFrames ||
-      frame.stamp - sensor.through_since < kLeastThroughTime) {
+      std::clamp(sensor.gone_log_odds + std::clamp(odds, -most, most), -kMaxOdds, kMaxOdds);
+  if (sensor.through_frames < kMinThroughFrames ||
+      frame.stamp - sensor.through_since < kMinThroughTime) {
     return false;
   }
   double all = 0;  // what other sensors see counts as well
@@ -183,7 +182,7 @@ std::optional<Pose> TrackedBody::SmallShift(const FrameEvidence& frame,
                                             SensorEvidence& sensor) const {
   const int in_front = evidence.nearer + evidence.hidden;
   const int informed = evidence.consistent + evidence.farther + in_front;
-  if (evidence.moment_pixels < kLeastExpected_px || in_front > kMaxInFront * informed) {
+  if (evidence.moment_pixels < kMinExpected_px || in_front > kMaxInFront * informed) {
     return std::nullopt;
   }
   const double range_m = (body.X_WB.translation() - frame.X_WC.translation()).norm();
@@ -192,7 +191,7 @@ std::optional<Pose> TrackedBody::SmallShift(const FrameEvidence& frame,
   if (!sensor.shift.Add(measured.shift_m, measured.sigma_m.cwiseMax(sigma_m))) return std::nullopt;
   const Pose X_WB = Shifted(body.X_WB, sensor.shift.Shift_m(), surface_->lever_m());
   sensor.shift.Reset();
-  if (LargestShift_m(*surface_, body.X_WB, X_WB) < kLeastShift_m) return std::nullopt;
+  if (LargestShift_m(*surface_, body.X_WB, X_WB) < kMinShift_m) return std::nullopt;
   return X_WB;
 }
 
@@ -303,7 +302,7 @@ std::optional<Pose> TrackedBody::Follow(Stamp stamp, const Pose& X_WB,
     return Rest();
   }
   if (!fit || facts_.motion != Motion::kMoving) return std::nullopt;
-  if (LargestShift_m(*surface_, X_WB, *fit) < kLeastPublished_m) return std::nullopt;
+  if (LargestShift_m(*surface_, X_WB, *fit) < kMinPublished_m) return std::nullopt;
   return fit;
 }
 
@@ -322,7 +321,7 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
   const bool follows_poses = body.kind == KnownBody::Kind::kObject;
   std::optional<Pose> fit;
   const int visible = evidence.consistent + evidence.farther;
-  const double least_px = std::max<double>(kLeastChanged_px, kLeastChangedShare * visible);
+  const double least_px = std::max<double>(kMinChanged_px, kMinChangedShare * visible);
   // Points in front never pull a pose, unless they can only be the body itself.
   const bool is_nearer = !is_touched && evidence.nearer >= least_px;
   // A moving sensor sees bodies from new sides, where models often lack something.

@@ -9,26 +9,26 @@ namespace cwm::perception {
 namespace {
 
 // chosen: a hand that holds still for so long and in so many frames is interpreted as well.
-constexpr double kLeastRest_s = 0.3;
-constexpr int kLeastRestFrames = 5;
+constexpr double kMinRest_s = 0.3;
+constexpr int kMinRestFrames = 5;
 // chosen: what could not be interpreted, e.g. for a full disk, is not tried with every frame.
 constexpr std::chrono::seconds kRetryTime{3};
 // chosen: a thing that a gripper holds or has just put down shows a part of itself. It is
 // interpreted when the gripper is away, or does not go for so long.
-constexpr double kLeastRestOfCut_s = 3;
+constexpr double kMinRestOfCut_s = 3;
 // chosen: fewer pixels of robots beside a region, as a share of its own, cut nothing off.
 constexpr double kCutShare = 0.1;
 // derived: the points of a region reach one block beyond its own.
 constexpr int kSharedBlocks = 2;
 // chosen: surfaces that a moving sensor sees for the first time and that fill fewer blocks may be
 // the fringe of known ones, by the error of its pose. A cup at 1.5 m has thirty blocks.
-constexpr int kLeastNewSurface_blocks = 6;
+constexpr int kMinNewSurface_blocks = 6;
 // derived: what has come or gone and still moves, at 3 cm/s or more, leaves a cell of the world in
 // this time.
-constexpr double kLeastRestInWorld_s = 1;
+constexpr double kMinRestInWorld_s = 1;
 // chosen: what reaches the border of a moving sensor's view is seen whole a little later, or it is
 // larger than the view.
-constexpr double kLeastRestAtBorder_s = 2;
+constexpr double kMinRestAtBorder_s = 2;
 // chosen: if so much of a moving sensor's view is new, all of it is interpreted, so that large
 // surfaces are found whole. A camera that turns has a few such views a second at most.
 constexpr double kLargelyNew = 0.2;
@@ -136,18 +136,18 @@ std::vector<RegionRequest> TrackedRegions::RequestNew(const FrameEvidence& frame
   RegionRequest request{.is_new_surface = true};
   int new_blocks = 0;
   for (const HotRegion& region : frame.regions) {
-    if (region.full_blocks < kLeastNewSurface_blocks || region.nearer < region.farther) continue;
+    if (region.full_blocks < kMinNewSurface_blocks || region.nearer < region.farther) continue;
     if (std::ranges::any_of(region.bodies, is_moving)) continue;
     if (region.is_cut) {
-      if (region.half_rest_s >= kLeastRest_s) new_blocks += region.full_blocks;
-      request.is_whole_view |= region.half_rest_s >= kLeastRestAtBorder_s;
+      if (region.half_rest_s >= kMinRest_s) new_blocks += region.full_blocks;
+      request.is_whole_view |= region.half_rest_s >= kMinRestAtBorder_s;
       continue;
     }
-    const double least_rest_s = IsCut(frame, region) ? kLeastRestOfCut_s
+    const double least_rest_s = IsCut(frame, region) ? kMinRestOfCut_s
                                 : region.points_L.empty() && region.farther == 0
-                                    ? kLeastRest_s
-                                    : kLeastRestInWorld_s;
-    if (region.rest_s < least_rest_s || region.rest_frames < kLeastRestFrames) continue;
+                                    ? kMinRest_s
+                                    : kMinRestInWorld_s;
+    if (region.rest_s < least_rest_s || region.rest_frames < kMinRestFrames) continue;
     new_blocks += region.full_blocks;
     request.blocks.insert(request.blocks.end(), region.blocks.begin(), region.blocks.end());
   }
@@ -167,8 +167,8 @@ std::vector<RegionRequest> TrackedRegions::RequestRested(const FrameEvidence& fr
                                                          const IsMoving& is_moving) {
   std::vector<RegionRequest> requests;
   for (const HotRegion& region : frame.regions) {
-    const double least_rest_s = IsCut(frame, region) ? kLeastRestOfCut_s : kLeastRest_s;
-    if (region.rest_s < least_rest_s || region.rest_frames < kLeastRestFrames) continue;
+    const double least_rest_s = IsCut(frame, region) ? kMinRestOfCut_s : kMinRest_s;
+    if (region.rest_s < least_rest_s || region.rest_frames < kMinRestFrames) continue;
     if (std::ranges::any_of(region.bodies, is_moving)) continue;
     // Things reach over the border of their blocks, so regions that are near each other may show
     // parts of one thing: the second waits for what the first one is found to be.

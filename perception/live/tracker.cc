@@ -18,7 +18,7 @@ namespace cwm::perception {
 namespace {
 
 // chosen: a region with fewer points that nothing explains is left to the next frame.
-constexpr std::size_t kLeastMover_points = kThreeSamples;
+constexpr std::size_t kMinMover_points = kThreeSamples;
 // chosen: so many points of a region determine a share to five percent.
 constexpr std::size_t kShareSample = 400;
 // chosen: the pieces stay as they are while nearly all points lie in them and they are not much
@@ -26,9 +26,9 @@ constexpr std::size_t kShareSample = 400;
 constexpr double kStillCovered = 0.995;
 constexpr double kStillFilled = 0.7;
 // chosen: a carried body's shift that is worth a revision.
-constexpr double kLeastCarried_m = 0.0003;
+constexpr double kMinCarried_m = 0.0003;
 // chosen: while its link holds still, what is seen of it must say that it is elsewhere by more.
-constexpr double kLeastHeld_m = 0.001;
+constexpr double kMinHeld_m = 0.001;
 constexpr double kLinkMoves_m = 0.0001;  // from frame to frame; encoders at rest say less
 // chosen: frames of other sensors may have been compared with a world so many revisions ago.
 constexpr std::size_t kKeptPoses = 16;
@@ -85,7 +85,7 @@ void ForgetMissing(TrackerState& state, std::span<const KnownBody> bodies, StepR
 
 // The change that publishes the pose of a carried body, if it differs from what was published.
 std::optional<TrackChange> Published(BodyId id, TrackerState::Carried& carried, const Pose& X_WB,
-                                     double least_m = kLeastCarried_m) {
+                                     double least_m = kMinCarried_m) {
   std::deque<Pose>& published_W = carried.published_W;
   if (!published_W.empty()) {
     const Pose& last = published_W.back();
@@ -171,7 +171,7 @@ PointLists UnexplainedPoints(const FrameEvidence& frame, const std::vector<Place
         return body.Explains(p_L, ExplainedWithin_m(frame.noise.AxialSigma_m(p_L.norm())));
       });
     }
-    if (left.size() >= kLeastMover_points) lists.push_back(std::move(left));
+    if (left.size() >= kMinMover_points) lists.push_back(std::move(left));
   }
   return lists;
 }
@@ -232,7 +232,7 @@ TrackedBody::Outcome TrackerState::Follow(const FrameEvidence& frame, const Body
       !body.X_WB.linear().isApprox(held.X_WB.linear(), kLinkMoves_m / kAlignmentReach_m);
   held.X_WB = judged.X_WB;
   const std::optional<TrackChange> change =
-      Published(body.id, held, judged.X_WB, link_moves ? kLeastCarried_m : kLeastHeld_m);
+      Published(body.id, held, judged.X_WB, link_moves ? kMinCarried_m : kMinHeld_m);
   tracked.Carry(frame, &evidence, held.carrying.carried_by(), change.has_value());
   if (judged.verdict == Verdict::kEnds || judged.verdict == Verdict::kLost) {
     tracked.LetGo(frame.stamp, judged.X_WB, judged.verdict == Verdict::kLost);

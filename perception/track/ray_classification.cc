@@ -6,8 +6,6 @@ namespace {
 // chosen: the least share of informed samples; an object with less, or with fewer than
 // kMinInformed, is out of view.
 constexpr double kMinInformedShare = 0.05;
-// chosen: the least visible share of an object that may be judged; with less it counts as hidden.
-constexpr double kMinVisibleShare = 0.15;
 // chosen: the share of visible samples that rays pass through if the object is gone. Half would not
 // separate a removed object, of which some samples lie near the surface behind it, from an object
 // with completed surface that never existed.
