@@ -113,7 +113,7 @@ class LiveRobotTest : public ::testing::Test {
 };
 
 // The cube covers 14 x 14 pixels.
-constexpr int kLeastCubePixels = 180;
+constexpr int kMinCubePixels = 180;
 
 TEST_F(LiveRobotTest, ItsPixelsAreTheRobotsAndItsStateBecomesTheWorlds) {
   OpenFixed();
@@ -123,7 +123,7 @@ TEST_F(LiveRobotTest, ItsPixelsAreTheRobotsAndItsStateBecomesTheWorlds) {
     const FrameOutcome outcome = Process(40 * k, lift_m);
     EXPECT_EQ(outcome.reason, "");
     EXPECT_EQ(outcome.robot_state_age_ms, 0);
-    EXPECT_GE(CountOf(outcome, PixelClass::kRobot), kLeastCubePixels);
+    EXPECT_GE(CountOf(outcome, PixelClass::kRobot), kMinCubePixels);
     EXPECT_TRUE(outcome.changes.movers.empty());
     EXPECT_EQ(world_->Snapshot()->FindRobot("arm")->state[0], lift_m);
   }
@@ -135,7 +135,7 @@ TEST_F(LiveRobotTest, AFrameBetweenTwoStatesUsesTheStateOfItsStamp) {
   Tell(100, 1.2);
   const FrameOutcome outcome = Process(50, 1.0);
   EXPECT_EQ(outcome.reason, "");
-  EXPECT_GE(CountOf(outcome, PixelClass::kRobot), kLeastCubePixels);
+  EXPECT_GE(CountOf(outcome, PixelClass::kRobot), kMinCubePixels);
 }
 
 TEST_F(LiveRobotTest, StatesThatAreMissingOrStaleAreTold) {
@@ -170,7 +170,7 @@ TEST_F(LiveRobotTest, AStateThatSomebodySetIsThatOfTheRobotUntilStatesAreTold) {
   const FrameOutcome outcome = Process(0, 1.0);
   EXPECT_EQ(outcome.reason, "");
   EXPECT_EQ(outcome.robot_state_age_ms, std::nullopt);
-  EXPECT_GE(CountOf(outcome, PixelClass::kRobot), kLeastCubePixels);
+  EXPECT_GE(CountOf(outcome, PixelClass::kRobot), kMinCubePixels);
 }
 
 TEST_F(LiveRobotTest, ASensorOnALinkIsWhereTheLinkWasAtTheStamp) {
