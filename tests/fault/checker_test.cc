@@ -1,5 +1,6 @@
 // Each test takes the history of a server that keeps its promises, breaks one of them, and expects
-// the name of the rule that finds it.
+// the name of the rule that finds it. The file is longer than 500 lines: it has a test for each
+// rule.
 #include "tests/fault/checker.h"
 
 #include <gmock/gmock.h>
