@@ -30,6 +30,7 @@ SequenceScript Table() {
   script.scene.objects = {perception::MakeTop(
       "table", {.area_W = {Vector2(-0.2, -1.2), Vector2(1.8, 1.2)}, .top_m = kTop_m})};
   for (int i = 0; i < kThings; ++i) {
+    const int row = i / 4, column = i % 4;
     const double height_m = 0.08 + 0.01 * (i % 5);
     const Shape carton = Box{.size_m = {0.09, 0.06, height_m}};
     const Shape can = Cylinder{.radius_m = 0.04, .length_m = height_m};
@@ -38,7 +39,7 @@ SequenceScript Table() {
         {.name = "thing_" + std::to_string(i),
          .parts = {{.X_FS = MakeTranslation(0, 0, 0.5 * height_m),
                     .shape = i % 2 == 0 ? carton : can}},
-         .X_WO = MakePose(Vector3(0.5 + 0.2 * (i / 4), -0.3 + 0.2 * (i % 4), kTop_m), yaw)});
+         .X_WO = MakePose(Vector3(0.5 + 0.2 * row, -0.3 + 0.2 * column, kTop_m), yaw)});
   }
   const Vector3 eyes[] = {{0.15, 0, 1.55}, {0.5, -0.7, 1.5}, {0.5, 0.7, 1.5}};
   for (const Vector3& eye : eyes) {
@@ -147,7 +148,7 @@ class Sensors {
       if (object->kind != collision::ObjectKind::kObject) continue;
       bool is_thing = false;
       for (int i = 0; i < kThings; ++i) {
-        const Aabb bounds = BoundsInWorld(script().scene.objects[static_cast<std::size_t>(i + 1)]);
+        const Aabb bounds = BoundsInWorld(script().scene.objects[static_cast<std::size_t>(i) + 1]);
         if ((object->bounds_W.center() - bounds.center()).norm() > 0.05) continue;
         is_thing = true;
         census.doubles += at[static_cast<std::size_t>(i)]++ > 0 ? 1 : 0;
