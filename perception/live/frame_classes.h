@@ -1,9 +1,13 @@
 // The classes of a frame's pixels against what is known.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
+
+#include "perception/live/pixel_rectangle.h"
 
 namespace cwm::perception {
 
@@ -35,6 +39,20 @@ struct FrameClasses {
   int block_columns = 0;
   int block_rows = 0;
   std::vector<std::uint8_t> hot_blocks;
+
+  PixelRectangle PixelsOf(std::int32_t block) const {
+    const int u = block % block_columns * kBlock_px;
+    const int v = block / block_columns * kBlock_px;
+    return {.u_begin = u,
+            .v_begin = v,
+            .u_end = std::min(width, u + kBlock_px),
+            .v_end = std::min(height, v + kBlock_px)};
+  }
+  std::int32_t BlockOf(std::size_t pixel) const {
+    const int u = static_cast<int>(pixel) % width;
+    const int v = static_cast<int>(pixel) / width;
+    return v / kBlock_px * block_columns + u / kBlock_px;
+  }
 };
 
 }  // namespace cwm::perception

@@ -71,6 +71,13 @@ struct SensorView::State {
   // True if the reference of a pixel still holds though another depth or body is expected.
   // `is_asserted`: a body is expected there because it moved there; else it was modelled anew.
   bool StillHolds(std::size_t i, float depth_m, bool is_asserted) const;
+  bool IsInReference(std::size_t i, float depth_m) const {
+    return depth_m >= reference.low_m()[i] && depth_m <= reference.high_m()[i];
+  }
+  bool ContradictsReference(std::size_t i) const {
+    const float mean_m = reference.mean_m()[i];
+    return mean_m < gates.low_m()[i] || mean_m > gates.high_m()[i];
+  }
   void MarkChanged(BodyId id);
   // True if the body was given another pose some frames ago: it moves.
   bool HasJustMoved(BodyId id) const {
@@ -120,6 +127,9 @@ struct SensorView::State {
   std::vector<int> pixel_counts;  // by id
   std::vector<KnownPose> poses;   // by ascending id
   std::vector<PixelRectangle> changed;
+  // Of the pixels in which an interpreted frame showed something else than the reference holds,
+  // until the next change of the expected view; empty: none.
+  std::vector<std::uint8_t> has_left;
   std::map<BodyId, BodyView> bodies_in_view;
   BodyId last_changed = kNoBody;  // by MarkChanged, in this frame
 };
@@ -142,12 +152,13 @@ void SensorView::State::MarkChanged(BodyId id) {
 }
 
 bool SensorView::State::StillHolds(std::size_t i, float depth_m, bool is_asserted) const {
-  const bool looks_the_same = depth_m >= reference.low_m()[i] && depth_m <= reference.high_m()[i];
+  const bool looks_the_same = IsInReference(i, depth_m);
   if (depth_m != 0 && !looks_the_same) return false;
-  // A new model is as good as what it was made of: a pixel in which it errs shows no change.
-  if (!is_asserted && (looks_the_same || expected_m[i] == kNothing_m)) return looks_the_same;
-  const float mean_m = reference.mean_m()[i];
-  return mean_m >= gates.low_m()[i] && mean_m <= gates.high_m()[i];
+  // A new model is as good as what it was made of: a pixel in which it errs shows no change, unless
+  // it was made of what has left.
+  const bool is_of_now = !is_asserted && (has_left.empty() || has_left[i] == 0);
+  if (is_of_now && (looks_the_same || expected_m[i] == kNothing_m)) return looks_the_same;
+  return !ContradictsReference(i);
 }
 
 void SensorView::State::ChangePixel(std::size_t i, float depth_m, std::span<const BodyId> moved) {
@@ -200,6 +211,7 @@ void SensorView::State::TakeExpected(std::span<const KnownBody> bodies, const De
         Grown(rectangle, ExpectedGates::kStillRadius_px, camera.width, camera.height), expected_m);
   }
   changed.clear();
+  has_left.clear();
   for (const BodyId id : moved) {
     const auto found = bodies_in_view.find(id);
     if (found != bodies_in_view.end()) found->second.frames_since_move = 0;
@@ -415,11 +427,7 @@ void SensorView::Accept(std::span<const std::int32_t> blocks) {
   state.last_changed = kNoBody;
   for (const std::int32_t block : blocks) {
     if (block < 0 || static_cast<std::size_t>(block) >= classes.hot_blocks.size()) continue;
-    const PixelRectangle pixels = Grown({.u_begin = block % classes.block_columns * kBlock_px,
-                                         .v_begin = block / classes.block_columns * kBlock_px,
-                                         .u_end = (block % classes.block_columns + 1) * kBlock_px,
-                                         .v_end = (block / classes.block_columns + 1) * kBlock_px},
-                                        0, classes.width, classes.height);
+    const PixelRectangle pixels = classes.PixelsOf(block);
     for (int v = pixels.v_begin; v < pixels.v_end; ++v) {
       for (int u = pixels.u_begin; u < pixels.u_end; ++u) {
         const std::size_t i = static_cast<std::size_t>(v) * classes.width + u;
@@ -436,6 +444,32 @@ void SensorView::Accept(std::span<const std::int32_t> blocks) {
     state.reference.RefreshGates(
         Grown(pixels, ExpectedGates::kStillRadius_px, classes.width, classes.height),
         state.expected_m);
+  }
+}
+
+void SensorView::NoteInterpreted(const FrameEvidence& frame, std::span<const std::int32_t> blocks) {
+  State& state = *state_;
+  const FrameClasses& then = *frame.classes;
+  if (state.is_moving || then.pixels.size() != state.body.size()) return;
+  state.has_left.resize(then.pixels.size());
+  state.last_changed = kNoBody;
+  for (const std::int32_t block : blocks) {
+    const PixelRectangle pixels = then.PixelsOf(block);
+    for (int v = pixels.v_begin; v < pixels.v_end; ++v) {
+      for (int u = pixels.u_begin; u < pixels.u_end; ++u) {
+        const std::size_t i = static_cast<std::size_t>(v) * then.width + u;
+        const float then_m = frame.image->depth_m[i];
+        if (then_m == 0 || !state.reference.Knows(i) || state.IsInReference(i, then_m)) continue;
+        state.has_left[i] = 1;
+        // A frame that came meanwhile was compared with the body.
+        const bool is_expected = state.expected_m[i] != kNothing_m;
+        if (!is_expected || !state.ContradictsReference(i)) continue;
+        state.reference.ForgetPixel(i);
+        state.MarkChanged(state.body[i]);
+      }
+    }
+    state.reference.RefreshGates(
+        Grown(pixels, ExpectedGates::kStillRadius_px, then.width, then.height), state.expected_m);
   }
 }
 

@@ -59,6 +59,11 @@ class SensorView {
   // world holds what could be told of it. Not in pixels of robots, nor while the sensor moves.
   void Accept(std::span<const std::int32_t> blocks);
 
+  // Tells that bodies may have been made of what this earlier frame showed in these blocks. Where
+  // the reference holds something else, that has left since: such a body is not explained by what
+  // looks as before, and is told to be seen through.
+  void NoteInterpreted(const FrameEvidence& frame, std::span<const std::int32_t> blocks);
+
   // The pixels in which robots hid what an earlier frame might have shown were not interpreted with
   // it: the reference knows nothing there, so that what has come to light since is told.
   void ForgetHidden(const FrameEvidence& frame);

@@ -13,8 +13,9 @@ constexpr double kMinRest_s = 0.3;
 constexpr int kMinRestFrames = 5;
 // chosen: what could not be interpreted, e.g. for a full disk, is not tried with every frame.
 constexpr std::chrono::seconds kRetryTime{3};
-// chosen: a thing that a gripper holds or has just put down shows a part of itself. It is
-// interpreted when the gripper is away, or does not go for so long.
+// chosen: a thing that a gripper holds or has just put down shows a part of itself, and so does what
+// reaches into the view, such as an arm. It is interpreted when the gripper or the arm is away, or
+// does not go for so long.
 constexpr double kMinRestOfCut_s = 3;
 // chosen: fewer pixels of robots beside a region, as a share of its own, cut nothing off.
 constexpr double kCutShare = 0.1;
@@ -73,10 +74,9 @@ bool IsCut(const FrameEvidence& frame, const HotRegion& region) {
   const FrameClasses& classes = *frame.classes;
   int robot = 0;
   for (const std::int32_t block : Around(region.blocks, 1, classes)) {
-    const int u_begin = block % classes.block_columns * kBlock_px;
-    const int v_begin = block / classes.block_columns * kBlock_px;
-    for (int v = v_begin; v < std::min(classes.height, v_begin + kBlock_px); ++v) {
-      for (int u = u_begin; u < std::min(classes.width, u_begin + kBlock_px); ++u) {
+    const PixelRectangle pixels = classes.PixelsOf(block);
+    for (int v = pixels.v_begin; v < pixels.v_end; ++v) {
+      for (int u = pixels.u_begin; u < pixels.u_end; ++u) {
         robot += IsOfRobot(classes.pixels[static_cast<std::size_t>(v) * classes.width + u]) ? 1 : 0;
       }
     }
@@ -167,7 +167,8 @@ std::vector<RegionRequest> TrackedRegions::RequestRested(const FrameEvidence& fr
                                                          const IsMoving& is_moving) {
   std::vector<RegionRequest> requests;
   for (const HotRegion& region : frame.regions) {
-    const double least_rest_s = IsCut(frame, region) ? kMinRestOfCut_s : kMinRest_s;
+    const bool is_cut = region.is_cut || IsCut(frame, region);
+    const double least_rest_s = is_cut ? kMinRestOfCut_s : kMinRest_s;
     if (region.rest_s < least_rest_s || region.rest_frames < kMinRestFrames) continue;
     if (std::ranges::any_of(region.bodies, is_moving)) continue;
     // Things reach over the border of their blocks, so regions that are near each other may show
@@ -198,14 +199,23 @@ void TrackedRegions::KeepRest(const FrameEvidence& frame) {
 std::vector<std::int32_t> TrackedRegions::Finish(std::uint64_t request, bool succeeded) {
   const auto found = pending_.find(request);
   if (found == pending_.end()) return {};
-  const Pending pending = std::move(found->second);
-  pending_.erase(found);
-  if (!succeeded) {
-    if (pending.is_view) asked_for_view_ = false;
+  const bool is_view = found->second.is_view;
+  std::vector<std::int32_t> same;
+  if (succeeded) {
+    same = SameSince(request);
+    if (is_view) knows_view_ = true;
+  } else {
+    if (is_view) asked_for_view_ = false;
     not_before_ = stamp_ + kRetryTime;
-    return {};
   }
-  if (pending.is_view) knows_view_ = true;
+  pending_.erase(found);
+  return same;
+}
+
+std::vector<std::int32_t> TrackedRegions::SameSince(std::uint64_t request) const {
+  const auto found = pending_.find(request);
+  if (found == pending_.end()) return {};
+  const Pending& pending = found->second;
   // A region was at rest since before it was asked for, or it has changed since.
   std::vector<std::int32_t> same;
   for (const Rested& rested : rested_) {

@@ -21,8 +21,10 @@ class TrackedRegions {
   // or come to stand; regions that have come to rest; and, while the sensor moves, surfaces that it
   // sees for the first time, one request after the other.
   std::vector<RegionRequest> Request(const FrameEvidence& frame, const IsMoving& is_moving);
-  // The blocks of the request that have stayed the same since it was made.
-  // Without success nothing is asked for some seconds, and then again.
+  // The blocks of an open request that have stayed the same since it was made.
+  std::vector<std::int32_t> SameSince(std::uint64_t request) const;
+  // Ends a request; returns SameSince. Without success nothing is asked for some seconds, and then
+  // again.
   std::vector<std::int32_t> Finish(std::uint64_t request, bool succeeded);
 
   // True once the whole view was interpreted, for a sensor that stands still.

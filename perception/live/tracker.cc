@@ -334,6 +334,13 @@ StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> 
   return result;
 }
 
+std::vector<std::int32_t> Tracker::SameSince(const std::string& sensor,
+                                             std::uint64_t request) const {
+  const auto found = state_->sensors.find(sensor);
+  if (found == state_->sensors.end()) return {};
+  return found->second.regions.SameSince(request);
+}
+
 std::vector<std::int32_t> Tracker::Finish(const std::string& sensor, std::uint64_t request,
                                           bool succeeded) {
   const auto found = state_->sensors.find(sensor);

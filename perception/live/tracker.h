@@ -84,6 +84,10 @@ class Tracker {
   // Takes the evidence of one frame. `bodies` are those that the frame was compared with.
   StepResult Step(const FrameEvidence& frame, std::span<const KnownBody> bodies);
 
+  // The blocks of an open request of a sensor at rest that have stayed the same since it was made.
+  // What an interpretation finds elsewhere may have left.
+  std::vector<std::int32_t> SameSince(const std::string& sensor, std::uint64_t request) const;
+
   // Tells that the interpretation of a request is part of the world now, or, if not `succeeded`,
   // could not be made: then it is asked for again after some seconds. Returns the blocks of the
   // request that have stayed the same since: what they show is known, and the sensor's view should

@@ -411,7 +411,12 @@ void LiveWorld::StartRegions() {
 }
 
 void LiveWorld::InterpretRegion(const Session& session, const RegionJob& job) {
-  const auto outcome = IngestRegion(*world_, job, services_.interpret, stop_.get_token());
+  const auto same_since = [this](const RegionJob& asked) {
+    const std::lock_guard sequence(sequencer_);
+    return tracker_.SameSince(asked.sensor, asked.request.number);
+  };
+  const auto outcome =
+      IngestRegion(*world_, job, services_.interpret, same_since, stop_.get_token());
   SensorComparison& comparison = session->comparison;
   const std::lock_guard comparing(comparison.mutex);
   const std::lock_guard sequence(sequencer_);
@@ -432,6 +437,7 @@ void LiveWorld::InterpretRegion(const Session& session, const RegionJob& job) {
   });
   comparison.view->Remember(job.frame, interpreted, numbers_.TableOf(world_->Tip())->bodies);
   if (job.request.is_whole_view) comparison.view->ForgetHidden(job.frame);
+  comparison.view->NoteInterpreted(job.frame, job.request.blocks);
   if (!same.empty()) comparison.view->Accept(same);
 }
 

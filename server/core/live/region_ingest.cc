@@ -51,21 +51,36 @@ Scope ScopeOf(const RegionJob& job, const collision::WorldSnapshot& snapshot) {
   return scope;
 }
 
-// By detected object, the share of its points that differ from what was known.
+// By detected object, the share of its points that differ from what was known; 0 if a significant
+// share of them has changed again since.
 std::vector<double> ChangedShares(const RegionJob& job,
-                                  const perception::SceneInterpretation& scene) {
+                                  const perception::SceneInterpretation& scene,
+                                  const std::vector<std::int32_t>& same_blocks) {
   // The first object has the second ten of labels.
   constexpr std::uint32_t kLabelsOfObject = 10, kFirstObject = 2;
-  std::vector<std::array<double, 2>> counts(scene.objects.size());
+  const perception::FrameClasses& classes = *job.frame.classes;
+  std::vector<bool> has_changed_since(classes.hot_blocks.size());
+  for (const std::int32_t block : job.request.blocks) {
+    has_changed_since[static_cast<std::size_t>(block)] =
+        !std::ranges::binary_search(same_blocks, block);
+  }
+  struct Points {
+    double all = 0, changed = 0, since = 0;
+  };
+  std::vector<Points> points(scene.objects.size());
   for (std::size_t i = 0; i < scene.labels.size(); ++i) {
     const std::size_t object = std::size_t{scene.labels[i] / kLabelsOfObject} - kFirstObject;
-    if (object >= counts.size()) continue;  // of a support, or none
-    const bool is_same = job.frame.classes->pixels[i] == perception::PixelClass::kConsistent;
-    ++counts[object][is_same ? 0 : 1];
+    if (object >= points.size()) continue;  // of a support, or none
+    ++points[object].all;
+    if (classes.pixels[i] == perception::PixelClass::kConsistent) continue;
+    ++points[object].changed;
+    if (has_changed_since[static_cast<std::size_t>(classes.BlockOf(i))]) ++points[object].since;
   }
   std::vector<double> shares;
-  for (const auto& [same, changed] : counts)
-    shares.push_back(changed / std::max(1.0, same + changed));
+  for (const Points& of : points) {
+    const bool is_of_past = of.since > perception::kMinSignificantShare * of.all;
+    shares.push_back(is_of_past ? 0 : of.changed / std::max(1.0, of.all));
+  }
   return shares;
 }
 
@@ -117,12 +132,13 @@ class RegionRun {
  public:
   RegionRun(World& world, const RegionJob& job, const perception::PointCloud& cloud,
             perception::SceneInterpretation scene, perception::NewSurfaces found,
-            std::stop_token stop)
+            const SameSince& same_since, std::stop_token stop)
       : world_(world),
         job_(job),
         cloud_(cloud),
         scene_(std::move(scene)),
         found_(std::move(found)),
+        same_since_(same_since),
         stop_(std::move(stop)),
         detections_(scene_),
         geometry_(detections_) {}
@@ -133,7 +149,7 @@ class RegionRun {
     match_ = MatchScene(snapshot, scope.known, scene_, cloud_, job_.frame.noise);
     Restrict(match_, scope,
              job_.request.is_new_surface ? std::vector<double>(scene_.objects.size(), 1)
-                                         : ChangedShares(job_, scene_));
+                                         : ChangedShares(job_, scene_, same_since_(job_)));
     Grow();
     const perception::Work work{.max_threads = job_.max_threads,
                                 .threads_now = job_.threads_now,
@@ -246,6 +262,7 @@ class RegionRun {
   const perception::PointCloud& cloud_;
   const perception::SceneInterpretation scene_;
   const perception::NewSurfaces found_;
+  const SameSince& same_since_;
   const std::stop_token stop_;
   const Detections detections_;
   DetectionGeometry geometry_;
@@ -299,7 +316,8 @@ absl::StatusOr<RegionOutcome> IngestView(World& world, const RegionJob& job,
 }  // namespace
 
 absl::StatusOr<RegionOutcome> IngestRegion(World& world, const RegionJob& job,
-                                           const Interpreter& interpret, std::stop_token stop) {
+                                           const Interpreter& interpret,
+                                           const SameSince& same_since, std::stop_token stop) {
   const std::vector<perception::KnownBody> others = Others(job);
   perception::PointCloud cloud = perception::RegionCloud(job.frame, job.request, others);
   const bool is_empty =
@@ -315,7 +333,9 @@ absl::StatusOr<RegionOutcome> IngestRegion(World& world, const RegionJob& job,
   if (job.request.is_new_surface) {
     found = perception::FindNewSurfaces(job.frame, job.bodies->bodies, *scene);
   }
-  return RegionRun(world, job, cloud, *std::move(scene), std::move(found), std::move(stop)).Write();
+  return RegionRun(world, job, cloud, *std::move(scene), std::move(found), same_since,
+                   std::move(stop))
+      .Write();
 }
 
 }  // namespace cwm::server

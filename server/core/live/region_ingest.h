@@ -28,6 +28,9 @@ struct RegionJob {
   std::function<int()> threads_now = {};  // as in perception::InterpretOptions
 };
 
+// The blocks of a request that are as they were when it was made; asked once it was interpreted.
+using SameSince = std::function<std::vector<std::int32_t>(const RegionJob& job)>;
+
 struct RegionOutcome {
   collision::Revision revision = {};  // of the world afterwards
   FrameChanges changes = {};
@@ -38,10 +41,12 @@ struct RegionOutcome {
 
 // Publishes at most one revision. A new surface may add objects, and parts to supports and
 // residuals (`replaced`), which keep their poses. Else only the bodies of the request may move,
-// change or vanish; supports stay, though new ones may be added. An object that was changed
-// otherwise meanwhile is left as it is. The errors of the interpreter and of World::Update;
-// Cancelled when stopped.
+// change or vanish; supports stay, though new ones may be added; and what was found in blocks that
+// have changed since says nothing: it may have left, and is asked for again if it rests. An object
+// that was changed otherwise meanwhile is left as it is. The errors of the interpreter and of
+// World::Update; Cancelled when stopped.
 absl::StatusOr<RegionOutcome> IngestRegion(World& world, const RegionJob& job,
-                                           const Interpreter& interpret, std::stop_token stop);
+                                           const Interpreter& interpret,
+                                           const SameSince& same_since, std::stop_token stop);
 
 }  // namespace cwm::server

@@ -339,6 +339,33 @@ TEST(SensorView, KeepsAContradictionToTheWorldHot) {
   EXPECT_GT(Count(evidence, PixelClass::kNearer), 300);
 }
 
+TEST(SensorView, SeesThroughABodyThatLeftWhileItWasModelled) {
+  // Whether the body is expected in the frame before that is noted, or in the one after.
+  for (const bool is_expected_first : {false, true}) {
+    SCOPED_TRACE(is_expected_first);
+    StillSensor sensor = TableSensor();
+    const std::vector<KnownBody> bodies = KnownBodies(sensor.scene);
+    sensor.Rest(kLearning, bodies);
+    sensor.scene.objects.push_back({.name = "hand",
+                                    .parts = {{.shape = Box{{0.08, 0.08, 0.1}}}},
+                                    .X_WO = MakeTranslation(0, 0.1, 0.05)});
+    sensor.Change();
+    const std::vector<KnownBody> with_hand = KnownBodies(sensor.scene);
+    const FrameEvidence interpreted = sensor.Rest(10, bodies);
+    ASSERT_EQ(interpreted.regions.size(), 1U);
+    sensor.scene.objects.pop_back();
+    sensor.Change();
+    sensor.Rest(5, bodies);
+    if (is_expected_first) sensor.Observe(with_hand);
+    sensor.view.NoteInterpreted(interpreted, interpreted.regions[0].blocks);
+    const BodyEvidence hand = Of(sensor.Observe(with_hand), kNewBox);
+    EXPECT_GT(hand.passed, 0.5 * hand.expected);
+    EXPECT_LT(hand.shown, 0.1 * hand.expected);
+    EXPECT_EQ(Of(sensor.Observe(bodies), kBall).is_hot, false);
+    EXPECT_EQ(HotBlocks(sensor.Rest(5, bodies)), 0);
+  }
+}
+
 TEST(SensorView, ComparesAMovingSensorWithTheExpectedViewAlone) {
   StillSensor sensor = TableSensor();
   std::vector<KnownBody> bodies = KnownBodies(sensor.scene);

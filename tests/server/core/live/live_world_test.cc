@@ -80,14 +80,20 @@ class LiveRun {
   FrameOutcome Process(const LiveFrame& frame) {
     auto outcome = stream_->Process(frame);
     EXPECT_TRUE(outcome.ok()) << outcome.status();
+    if (!holds_) Interpret();
+    return outcome.ok() ? *std::move(outcome) : FrameOutcome();
+  }
+  // From now on regions wait for Interpret.
+  void Hold() { holds_ = true; }
+  void Interpret() {
     while (!beside_.empty()) {
       const std::function<void()> task = std::move(beside_.front());
       beside_.pop_front();
       task();
       ++interpreted_;
     }
-    return outcome.ok() ? *std::move(outcome) : FrameOutcome();
   }
+  std::size_t waiting() const { return beside_.size(); }
   FrameOutcome Process(int index) { return Process(Rendered(index)); }
   void CloseStream() { stream_.reset(); }
   SensorStream& stream() { return *stream_; }
@@ -125,6 +131,7 @@ class LiveRun {
   std::optional<absl::Status> ended_;
   std::unique_ptr<SensorStream> stream_;
   int interpreted_ = 0;
+  bool holds_ = false;
 };
 
 // Everything that a client can read of a world's geometry, bit by bit.
@@ -242,6 +249,62 @@ TEST(LiveWorldTest, AThingThatSlidesKeepsItsNameAndEndsWhereItIs) {
   const Vector3 moved = after->bounds_W.center() - before->bounds_W.center();
   constexpr double kTolerance_m = 0.006;  // of two views by a sensor with 1.5 mm of warp
   EXPECT_NEAR((moved - shift).norm(), 0, kTolerance_m) << moved.transpose();
+}
+
+TEST(LiveWorldTest, AThingThatLeftWhileItWasInterpretedIsNotAdded) {
+  SequenceScript script = Kitchen(4);
+  const std::size_t tea = ObjectNamed(script, "tea");
+  script.events.push_back({.object = tea,
+                           .begin_s = 1.2,
+                           .end_s = 1.2,
+                           .what = perception::AppearEvent{script.scene.objects[tea].X_WO}});
+  script.events.push_back(
+      {.object = tea, .begin_s = 2.2, .end_s = 2.2, .what = perception::VanishEvent{}});
+  LiveRun run(script);
+  for (int k = 0; k < 18; ++k) run.Process(k);
+  ASSERT_EQ(run.interpreted(), 1);
+  const int objects = run.CountOf(ObjectKind::kObject);
+  run.Hold();
+  for (int k = 18; k < 40; ++k) run.Process(k);
+  EXPECT_EQ(run.waiting(), 1U);
+  run.Interpret();
+  for (int k = 40; k < 58; ++k) {
+    const FrameOutcome outcome = run.Process(k);
+    EXPECT_TRUE(outcome.changes.added.empty()) << "frame " << k;
+    EXPECT_TRUE(outcome.changes.removed.empty()) << "frame " << k;
+  }
+  EXPECT_EQ(run.CountOf(ObjectKind::kObject), objects);
+  EXPECT_EQ(run.CountOf(ObjectKind::kMover), 0);
+}
+
+TEST(LiveWorldTest, AnArmThatReachesIntoTheViewIsNoThing) {
+  SequenceScript script = Kitchen(6);
+  const Aabb tea_W = BoundsInWorld(script.scene.objects[ObjectNamed(script, "tea")]);
+  perception::SimulatedHand arm;
+  arm.name = "arm";
+  arm.shape = perception::MakeHand(0.06);
+  arm.shape.parts.push_back({.X_FS = MakeTranslation(0, 0, -0.7), .shape = Capsule{0.045, 0.6}});
+  // From the side over the border of the view, its fingers at the tea for a second.
+  const Vector3 tips = tea_W.center() + Vector3(0, 0, 0.02);
+  const auto at = [&](const Vector3& tips_W) {
+    const Vector3 to_tips(0.1, -0.4, -0.2);
+    return MakePose(tips_W, Quaternion::FromTwoVectors(Vector3::UnitZ(), to_tips));
+  };
+  arm.waypoints = {{1.5, at(tips + Vector3(0, 0.6, 0.3))},
+                   {2.0, at(tips)},
+                   {3.2, at(tips)},
+                   {3.7, at(tips + Vector3(0, 0.6, 0.3))}};
+  script.hands.push_back(arm);
+  LiveRun run(script);
+  for (int k = 0; k < 20; ++k) run.Process(k);
+  const std::int64_t objects = run.CountOf(ObjectKind::kObject);
+  for (int k = 20; k < 88; ++k) {
+    const FrameOutcome outcome = run.Process(k);
+    EXPECT_TRUE(outcome.changes.added.empty()) << "frame " << k;
+    EXPECT_TRUE(outcome.changes.replaced.empty()) << "frame " << k;
+    EXPECT_TRUE(outcome.changes.removed.empty()) << "frame " << k;
+  }
+  EXPECT_EQ(run.CountOf(ObjectKind::kObject), objects);
 }
 
 TEST(LiveWorldTest, SensorsThatAreGoneMakeRoomForOthers) {
