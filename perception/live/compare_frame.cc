@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
 #include <limits>
 #include <numeric>
 
@@ -12,30 +11,10 @@
 namespace cwm::perception {
 namespace {
 
-constexpr auto kConsistentByte = static_cast<std::uint8_t>(PixelClass::kConsistent);
-constexpr std::size_t kBytesPerWord = 8;
-
-// Calls visit(i) for each byte of [begin, end) that is not kConsistent.
+// Calls visit(k) for each bit k that is set.
 template <class Visit>
-void ForInconsistent(const std::uint8_t* classes, std::size_t begin, std::size_t end,
-                     const Visit& visit) {
-  std::size_t i = begin;
-  if constexpr (std::endian::native == std::endian::little) {
-    constexpr std::uint64_t kAllConsistent = 0x0101010101010101ULL * kConsistentByte;
-    for (; i + kBytesPerWord <= end; i += kBytesPerWord) {
-      std::uint64_t word = 0;
-      std::memcpy(&word, classes + i, kBytesPerWord);
-      word ^= kAllConsistent;
-      while (word != 0) {
-        const int byte = std::countr_zero(word) / 8;
-        visit(i + static_cast<std::size_t>(byte));
-        word &= ~(std::uint64_t{0xFF} << (8 * byte));
-      }
-    }
-  }
-  for (; i < end; ++i) {
-    if (classes[i] != kConsistentByte) visit(i);
-  }
+void ForEachBit(std::uint64_t bits, const Visit& visit) {
+  for (; bits != 0; bits &= bits - 1) visit(static_cast<std::size_t>(std::countr_zero(bits)));
 }
 
 void Overlay(const RobotMask& robots, const DepthCamera& camera, std::uint8_t* classes) {
@@ -88,14 +67,14 @@ class PixelTally {
  public:
   PixelTally(BodyPixels& by_body, PixelCounts& all) : by_body_(by_body), all_(all) {}
 
-  void Add(BodyId body, PixelClass pixel) {
+  void Add(BodyId body, PixelClass pixel, int count = 1) {
     const auto index = static_cast<std::size_t>(pixel);
     if (body != body_ || index != index_) {
       Flush();
       body_ = body;
       index_ = index;
     }
-    ++count_;
+    count_ += count;
   }
   void Flush() {
     all_[index_] += count_;
@@ -149,28 +128,43 @@ void CompareFrame(const DepthImage& image, const DepthCamera& camera, const Know
   auto* const bytes = reinterpret_cast<std::uint8_t*>(classes.pixels.data());
   CompareWithGates(depth_m, low_m.data(), high_m.data(), pixel_count, bytes);
   Overlay(robots, camera, bytes);
+  blocks.deviations.resize((pixel_count + kPixelsPerWord - 1) / kPixelsPerWord);
+  FindDeviations(bytes, known.body->data(), pixel_count, blocks.deviations.data());
 
   const DeviationJudge judge(known, camera);
   const std::vector<BodyId>& bodies = *known.body;
   PixelCounts counts = {};
   PixelTally tally(by_body, counts);
-  for (int v = 0; v < camera.height; ++v) {
-    const std::size_t row = static_cast<std::size_t>(v) * camera.width;
-    const std::size_t block_row = static_cast<std::size_t>(v / kBlock_px) * classes.block_columns;
-    ForInconsistent(bytes, row, row + camera.width, [&](std::size_t i) {
-      PixelClass& pixel = classes.pixels[i];
-      if (bytes[i] == 0) {
-        const float z = depth_m[i];
-        const bool is_return = z >= camera.least_range_m && z <= camera.greatest_range_m;
-        pixel = is_return ? judge.At(i, z) : PixelClass::kMissing;
-        if (pixel == PixelClass::kConsistent) return;
-        if (is_return && judge.CountsForBlock(i)) {
-          const std::size_t block = block_row + (i - row) / kBlock_px;
-          Increment(pixel == PixelClass::kNearer ? blocks.nearer[block] : blocks.farther[block]);
+  const auto width = static_cast<std::size_t>(camera.width);
+  std::size_t row = 0;  // the first pixel of the row
+  std::size_t block_row = 0;
+  const auto judge_pixel = [&](std::size_t i) {
+    PixelClass& pixel = classes.pixels[i];
+    if (bytes[i] == 0) {
+      const float z = depth_m[i];
+      const bool is_return = z >= camera.least_range_m && z <= camera.greatest_range_m;
+      pixel = is_return ? judge.At(i, z) : PixelClass::kMissing;
+      if (pixel == PixelClass::kConsistent) return;
+      if (is_return && judge.CountsForBlock(i)) {
+        while (i >= row + width) {
+          row += width;
+          block_row = row / width / kBlock_px * classes.block_columns;
         }
+        const std::size_t block = block_row + (i - row) / kBlock_px;
+        Increment(pixel == PixelClass::kNearer ? blocks.nearer[block] : blocks.farther[block]);
       }
-      tally.Add(bodies[i], pixel);
-    });
+    }
+    tally.Add(bodies[i], pixel);
+  };
+  for (std::size_t first = 0; first < pixel_count; first += kPixelsPerWord) {
+    const DeviatingPixels& word = blocks.deviations[first / kPixelsPerWord];
+    if (word.is_one_body) {
+      tally.Add(bodies[first], PixelClass::kMissing, word.missing_count);
+    } else {
+      ForEachBit(word.missing,
+                 [&](std::size_t k) { tally.Add(bodies[first + k], PixelClass::kMissing); });
+    }
+    ForEachBit(word.others, [&](std::size_t k) { judge_pixel(first + k); });
   }
   tally.Flush();
   counts[static_cast<std::size_t>(PixelClass::kConsistent)] =

@@ -7,6 +7,7 @@
 #include "perception/live/expected_gates.h"
 #include "perception/live/frame_classes.h"
 #include "perception/live/known_body.h"
+#include "perception/live/pixel_lanes.h"
 #include "perception/live/reference_image.h"
 #include "perception/live/robot_mask.h"
 #include "perception/live/seen_surface.h"
@@ -39,10 +40,11 @@ class BodyPixels {
 };
 
 // The counts of a block's pixels; `was_over` keeps the blocks that were hot by their own counts,
-// which stay hot with half as many.
+// which stay hot with half as many. `deviations` is used again from frame to frame.
 struct BlockCounts {
   std::vector<std::uint8_t> nearer, farther;
   std::vector<std::uint8_t> was_over;
+  std::vector<DeviatingPixels> deviations;
 };
 
 // chosen: so many pixels of a block that differ with one sign make it hot. An object of 20 x 20 mm

@@ -42,7 +42,6 @@ constexpr int kHoleFrames = 64;
 
 // chosen: a bend of the depth within two pixels that is no plane's: twice as much as surfaces of
 // household goods have at one metre, and more than four errors of the mean.
-constexpr int kEdgeRadius_px = 2;
 constexpr float kMinBend_m = 0.01F;
 constexpr float kBend_sigma = 4;
 
@@ -67,40 +66,68 @@ bool AreConsistentOrMissing(const std::uint8_t* classes) {
   return others == 0 && both == 0;
 }
 
-// Calls use(u, count) for each run of whole groups of a row for which `is_run` holds, and rest(u)
-// for each of the other pixels. `is_run` takes the first pixel of a group.
+// Calls use(u, count) for each run of whole groups of a row for which `is_run` holds, and
+// rest(u, count) for all between. `is_run` takes the first pixel of a group.
 template <class IsRun, class Use, class Rest>
 void ByRuns(int width, const IsRun& is_run, const Use& use, const Rest& rest) {
   constexpr int kGroup = static_cast<int>(kPixelGroup);
+  const auto is_run_at = [&](int u) { return u + kGroup <= width && is_run(u); };
   for (int u = 0; u < width;) {
     int end = u;
-    while (end + kGroup <= width && is_run(end)) end += kGroup;
-    if (end > u) use(u, static_cast<std::size_t>(end - u));
+    while (is_run_at(end)) end += kGroup;
+    if (end > u) use(u, end - u);
     u = end;
-    for (const int after = std::min(width, end + kGroup); u < after; ++u) rest(u);
+    while (end < width && !is_run_at(end)) end += kGroup;
+    end = std::min(end, width);
+    if (end > u) rest(u, end - u);
+    u = end;
   }
+}
+
+// True in the frames after which a pixel's edges are looked for: when it is first known, and once
+// more when it is known better.
+bool IsFirstKnown(int frames) {
+  constexpr int kUsableFrames = ReferenceImage::kUsableFrames;
+  return frames == kUsableFrames || frames == 2 * kUsableFrames;
 }
 
 }  // namespace
 
+RowScratch::RowScratch(int width) {
+  const std::size_t count = (static_cast<std::size_t>(width) / kPixelGroup + 1) * kPixelGroup;
+  for (std::vector<float>& row : depths_m_) row.resize(count + 2 * kBeside_px);
+  for (std::vector<float>* const values : {&bends_m, &max_bend_m, &least_m, &greatest_m}) {
+    values->resize(count);
+  }
+  is_set.resize(count);
+}
+
+DepthsAround RowScratch::around() const {
+  DepthsAround rows = {};
+  for (std::size_t k = 0; k < rows.size(); ++k) rows[k] = depths_m_[k].data() + kBeside_px;
+  return rows;
+}
+
+// One group more than the image has: the last row's last group may end beyond it.
 ReferenceImage::ReferenceImage(const DepthCamera& camera, const DepthNoise& noise)
     : width_(camera.width),
       height_(camera.height),
       noise_(noise),
-      mean_m_(camera.pixel_count(), 0),
-      variance_m2_(camera.pixel_count(), 0),
-      validity_(camera.pixel_count(), 0),
-      frames_(camera.pixel_count(), 0),
-      low_m_(camera.pixel_count(), kInfinite_m),
+      mean_m_(camera.pixel_count() + kPixelGroup, 0),
+      variance_m2_(camera.pixel_count() + kPixelGroup, 0),
+      validity_(camera.pixel_count() + kPixelGroup, 0),
+      frames_(camera.pixel_count() + kPixelGroup, 0),
+      low_m_(camera.pixel_count() + kPixelGroup, kInfinite_m),
       high_m_(low_m_),
-      is_edge_(camera.pixel_count(), 0),
-      prior_m2_(camera.pixel_count(), 0),
-      deviation_m_(camera.pixel_count(), 0),
-      deviation_turns_(camera.pixel_count(), 0),
+      is_edge_(camera.pixel_count() + kPixelGroup, 0),
+      prior_m2_(camera.pixel_count() + kPixelGroup, 0),
+      deviation_m_(camera.pixel_count() + kPixelGroup, 0),
+      deviation_turns_(camera.pixel_count() + kPixelGroup, 0),
       block_columns_((camera.width + kBlock_px - 1) / kBlock_px),
       hole_low_m_(
           static_cast<std::size_t>(block_columns_) * ((camera.height + kBlock_px - 1) / kBlock_px),
           kInfinite_m),
+      scratch_(camera.width),
       young_until_(static_cast<std::size_t>(camera.height), kMatureFrames) {}
 
 void ReferenceImage::Forget() {
@@ -148,22 +175,24 @@ void ReferenceImage::LearnRow(int v, const Frame& frame, bool is_first, bool all
   const auto* const classes =
       reinterpret_cast<const std::uint8_t*>(frame.classes->pixels.data() + row);
   const std::uint8_t* const frames = frames_.data() + row;
-  const auto learn = [&](int u) {
-    if (!all_pixels && frames[u] >= kMatureFrames) return;
-    LearnPixel(u, v, frame, is_first, all_pixels, hot[u / kBlock_px] != 0);
+  const auto learn = [&](int u_begin, int count) {
+    for (int u = u_begin; u < u_begin + count; ++u) {
+      if (!all_pixels && frames[u] >= kMatureFrames) continue;
+      LearnPixel(u, v, frame, is_first, all_pixels, hot[u / kBlock_px] != 0);
+    }
   };
   if (!all_pixels) {
     ByRuns(
-        width_, [&](int u) { return AllAre(frames + u, kMatureFrames); }, [](int, std::size_t) {},
-        learn);
+        width_, [&](int u) { return AllAre(frames + u, kMatureFrames); }, [](int, int) {}, learn);
     return;
   }
   const auto rests = [&](int u) {
     return hot[u / kBlock_px] == 0 && AllAre(frames + u, kMatureFrames) &&
            AllAre(deviation_turns_.data() + row + u, 0) && AreConsistentOrMissing(classes + u);
   };
-  const auto learn_run = [&](int u, std::size_t count) {
-    LearnDepths(frame.depth_m.data() + row + u, PixelsFrom(row + u), count, kMature);
+  const auto learn_run = [&](int u, int count) {
+    LearnDepths(frame.depth_m.data() + row + u, PixelsFrom(row + u),
+                static_cast<std::size_t>(count), kMature);
   };
   ByRuns(width_, rests, learn_run, learn);
 }
@@ -276,95 +305,112 @@ float ReferenceImage::PriorVariance_m2(int u, int v) const {
 
 void ReferenceImage::RefreshGates(const PixelRectangle& pixels, std::span<const float> expected_m) {
   for (int v = pixels.v_begin; v < pixels.v_end; ++v) {
-    for (int u = pixels.u_begin; u < pixels.u_end; ++u) {
-      const std::size_t i = At(u, v);
-      if (Knows(i)) is_edge_[i] = static_cast<std::uint8_t>(IsEdge(u, v));
-      RefreshGate(u, v, expected_m[i]);
-    }
+    RefreshSpan(v, pixels.u_begin, pixels.u_end, expected_m, Refresh::kAllAndEdges);
   }
 }
 
 // After a frame was learnt: edges hardly change, so they are looked for again only now and then.
 void ReferenceImage::RefreshRow(int v, std::span<const float> expected_m, bool is_turn) {
-  const bool renews_edges = is_turn && frame_ / kTurnFrames % kEdgeTurns == 0;
-  const std::size_t row = At(0, v);
-  const std::uint8_t* const all_frames = frames_.data() + row;
-  const auto refresh = [&](int u) {
-    const int frames = all_frames[u];
-    if (!is_turn && frames == kMatureFrames) return;
-    const bool is_new = frames == kUsableFrames || frames == 2 * kUsableFrames;
-    if (renews_edges || is_new) is_edge_[row + u] = static_cast<std::uint8_t>(IsEdge(u, v));
-    RefreshGate(u, v, expected_m[row + u]);
-  };
-  if (renews_edges) {
-    for (int u = 0; u < width_; ++u) refresh(u);
+  const std::uint8_t* const frames = frames_.data() + At(0, v);
+  if (is_turn && frame_ / kTurnFrames % kEdgeTurns == 0) {
+    RefreshSpan(v, 0, width_, expected_m, Refresh::kAllAndEdges);
     return;
   }
+  const Refresh which = is_turn ? Refresh::kAll : Refresh::kYoung;
+  const auto refresh = [&](int u, int count) { RefreshSpan(v, u, u + count, expected_m, which); };
   if (!is_turn) {
     ByRuns(
-        width_, [&](int u) { return AllAre(all_frames + u, kMatureFrames); },
-        [](int, std::size_t) {}, refresh);
+        width_, [&](int u) { return AllAre(frames + u, kMatureFrames); }, [](int, int) {}, refresh);
     return;
   }
   const auto is_smooth = [&](int u) {
-    return AllAre(all_frames + u, kMatureFrames) && AllAre(is_edge_.data() + row + u, 0);
+    return AllAre(frames + u, kMatureFrames) && AllAre(is_edge_.data() + At(u, v), 0);
   };
-  const auto refresh_run = [&](int u, std::size_t count) {
-    SetGates(PixelsFrom(row + u), count, kMature);
+  const auto refresh_run = [&](int u, int count) {
+    SetGates(PixelsFrom(At(u, v)), static_cast<std::size_t>(count), kMature);
   };
   ByRuns(width_, is_smooth, refresh_run, refresh);
 }
 
-// The mean depth of a pixel; `otherwise_m` outside of the image and where nothing is known.
-float ReferenceImage::MeanOr(int u, int v, float otherwise_m) const {
-  if (u < 0 || u >= width_ || v < 0 || v >= height_) return otherwise_m;
-  const std::size_t i = At(u, v);
-  return frames_[i] == 0 ? otherwise_m : mean_m_[i];
+// Whole groups of pixels at a time; those beside the span stay as they are.
+void ReferenceImage::RefreshSpan(int v, int u_begin, int u_end, std::span<const float> expected_m,
+                                 Refresh which) {
+  constexpr int kGroup = static_cast<int>(kPixelGroup);
+  const int begin = u_begin / kGroup * kGroup;
+  const int end = (u_end + kGroup - 1) / kGroup * kGroup;
+  const std::size_t first = At(begin, v);
+  const auto count = static_cast<std::size_t>(end - begin);
+  const auto is_edge_renewed = [&](std::size_t i) {
+    return which == Refresh::kAllAndEdges || IsFirstKnown(frames_[i]);
+  };
+  bool is_any_renewed = false;
+  for (std::size_t k = 0; k < count; ++k) {
+    const int u = begin + static_cast<int>(k);
+    const std::size_t i = first + k;
+    std::uint8_t& is_set = scratch_.is_set[k];
+    is_set = 0;
+    if (u < u_begin || u >= u_end) continue;
+    if (which == Refresh::kYoung && frames_[i] == kMatureFrames) continue;
+    if (!Knows(i)) {
+      SetGatesOfUnknown(u, v, expected_m[i]);
+      continue;
+    }
+    is_set = 1;
+    is_any_renewed |= is_edge_renewed(i);
+    const float axial_m = noise_.Axial_m(mean_m_[i]);
+    prior_m2_[i] = axial_m * axial_m;
+    scratch_.max_bend_m[k] = std::max(kMinBend_m, kBend_sigma * axial_m);
+  }
+  FindDepthsAround(v, begin, end);
+  if (is_any_renewed) FindBends(scratch_.around(), count, scratch_.bends_m.data());
+  bool has_edge = false;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = first + k;
+    if (scratch_.is_set[k] == 0) continue;
+    if (is_edge_renewed(i)) {
+      is_edge_[i] = static_cast<std::uint8_t>(scratch_.bends_m[k] > scratch_.max_bend_m[k]);
+    }
+    has_edge |= is_edge_[i] != 0;
+  }
+  if (has_edge) {
+    FindExtremes(scratch_.around(), count, scratch_.least_m.data(), scratch_.greatest_m.data());
+  }
+  SetGatesAbout(PixelsFrom(first),
+                {.is_set = scratch_.is_set.data(),
+                 .frames = frames_.data() + first,
+                 .is_edge = is_edge_.data() + first,
+                 .least_m = scratch_.least_m.data(),
+                 .greatest_m = scratch_.greatest_m.data()},
+                kMatureFrames, count, kMature);
 }
 
-// True if the depth about the pixel is not that of a plane, by its second differences.
-bool ReferenceImage::IsEdge(int u, int v) const {
-  const float center = mean_m_[At(u, v)];
-  const float most = std::max(kMinBend_m, kBend_sigma * noise_.Axial_m(center));
-  for (int step = 1; step <= kEdgeRadius_px; ++step) {
-    for (const auto& [du, dv] : {std::pair(step, 0), {0, step}, {step, step}, {step, -step}}) {
-      const float sides = MeanOr(u - du, v - dv, center) + MeanOr(u + du, v + dv, center);
-      if (std::abs(sides - 2 * center) > most) return true;
+// The depths about the pixels [begin, end) of a row; infinite where nothing is known, also outside
+// of the image.
+void ReferenceImage::FindDepthsAround(int v, int begin, int end) {
+  constexpr int kBeside = static_cast<int>(kBeside_px);
+  const int known_begin = std::max(0, begin - kBeside);
+  const int known_end = std::min(width_, end + kBeside);
+  for (int dv = -kBeside; dv <= kBeside; ++dv) {
+    float* const row_m = scratch_.Depths_m(dv).data();
+    if (v + dv < 0 || v + dv >= height_) {
+      std::fill_n(row_m, end - begin + 2 * kBeside, kInfinite_m);
+      continue;
     }
+    const std::uint8_t* const frames = frames_.data() + At(known_begin, v + dv);
+    const float* const mean_m = mean_m_.data() + At(known_begin, v + dv);
+    float* const out_m = std::fill_n(row_m, known_begin - (begin - kBeside), kInfinite_m);
+    CopyKnown(mean_m, frames, static_cast<std::size_t>(known_end - known_begin), out_m);
+    std::fill_n(out_m + (known_end - known_begin), end + kBeside - known_end, kInfinite_m);
   }
-  return false;
 }
 
-void ReferenceImage::RefreshGate(int u, int v, float expected_m) {
+void ReferenceImage::SetGatesOfUnknown(int u, int v, float expected_m) {
   const std::size_t i = At(u, v);
-  if (!Knows(i)) {
-    low_m_[i] = expected_m == kInfinite_m
-                    ? hole_low_m_[static_cast<std::size_t>(v / kBlock_px) * block_columns_ +
-                                  static_cast<std::size_t>(u / kBlock_px)]
-                    : kInfinite_m;
-    high_m_[i] = kInfinite_m;
-    return;
-  }
-  const float center = mean_m_[i];
-  float low = center;
-  float high = center;
-  if (is_edge_[i] != 0) {
-    for (int dv = -kEdgeRadius_px; dv <= kEdgeRadius_px; ++dv) {
-      for (int du = -kEdgeRadius_px; du <= kEdgeRadius_px; ++du) {
-        const float beside = MeanOr(u + du, v + dv, center);
-        low = std::min(low, beside);
-        high = std::max(high, beside);
-      }
-    }
-  }
-  const float axial_m = noise_.Axial_m(center);
-  prior_m2_[i] = axial_m * axial_m;
-  const float variance = (1 - kPriorShare) * variance_m2_[i] + kPriorShare * prior_m2_[i];
-  const float gain =
-      frames_[i] >= kMatureFrames ? kMatureGain : 1.0F / static_cast<float>(frames_[i]);
-  const float gate_m = kDifference_sigma * std::sqrt(variance * (1 + gain));
-  low_m_[i] = std::max(low - gate_m, kMinLow_m);
-  high_m_[i] = high + gate_m;
+  low_m_[i] = expected_m == kInfinite_m
+                  ? hole_low_m_[static_cast<std::size_t>(v / kBlock_px) * block_columns_ +
+                                static_cast<std::size_t>(u / kBlock_px)]
+                  : kInfinite_m;
+  high_m_[i] = kInfinite_m;
 }
 
 // The nearest known depth in and around each block; where there is none, that of the nearest blocks

@@ -1,6 +1,7 @@
 // The depth image that a sensor at rest measures of what is at rest.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,6 +12,25 @@
 #include "perception/live/pixel_rectangle.h"
 
 namespace cwm::perception {
+
+// Values by pixel while the gates of a span of a row are set. Used by one span after the other.
+class RowScratch {
+ public:
+  // For spans of at most `width` pixels.
+  explicit RowScratch(int width);
+
+  // The depths `dv` rows below the span, from kBeside_px pixels before it to as many after it.
+  std::vector<float>& Depths_m(int dv) {
+    return depths_m_[static_cast<std::size_t>(dv) + kBeside_px];
+  }
+  DepthsAround around() const;
+
+  std::vector<float> bends_m, max_bend_m, least_m, greatest_m;
+  std::vector<std::uint8_t> is_set;
+
+ private:
+  std::array<std::vector<float>, 2 * kBeside_px + 1> depths_m_;
+};
 
 // Per pixel the slow mean of the measured depth, its spread in time, and how often there is a
 // return. It contains the sensor's warp and whatever nobody modelled, so a frame is compared with
@@ -36,6 +56,8 @@ class ReferenceImage {
   const std::vector<float>& high_m() const { return high_m_; }
   const std::vector<float>& mean_m() const { return mean_m_; }
   bool Knows(std::size_t pixel) const { return frames_[pixel] >= kUsableFrames; }
+  // True if the mean is as good as a third of one frame's noise.
+  bool HasSettled(std::size_t pixel) const { return frames_[pixel] >= 3 * kUsableFrames; }
   // One standard deviation in time of the depth of a pixel that is known, metres.
   float Spread_m(std::size_t pixel) const;
   // The share of frames in which the pixel has a return.
@@ -65,9 +87,10 @@ class ReferenceImage {
   void NoteDeviation(std::size_t pixel, float depth_m);
   ReferencePixels PixelsFrom(std::size_t first);
   void RefreshRow(int v, std::span<const float> expected_m, bool is_turn);
-  void RefreshGate(int u, int v, float expected_m);
-  bool IsEdge(int u, int v) const;
-  float MeanOr(int u, int v, float otherwise_m) const;
+  enum class Refresh { kYoung, kAll, kAllAndEdges };
+  void RefreshSpan(int v, int u_begin, int u_end, std::span<const float> expected_m, Refresh which);
+  void FindDepthsAround(int v, int begin, int end);
+  void SetGatesOfUnknown(int u, int v, float expected_m);
   float PriorVariance_m2(int u, int v) const;
   void RefreshHoles();
   std::size_t At(int u, int v) const { return static_cast<std::size_t>(v) * width_ + u; }
@@ -87,6 +110,7 @@ class ReferenceImage {
 
   int block_columns_;
   std::vector<float> hole_low_m_;  // per block
+  RowScratch scratch_;
   int first_frames_ = 0;
   std::int64_t frame_ = 0;
   std::vector<std::int64_t> young_until_;  // per row: it learns in every frame before this one
