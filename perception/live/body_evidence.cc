@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace cwm::perception {
 namespace {
@@ -58,14 +59,18 @@ bool ExpectedPlaneAt(const ExpectedView& view, const DepthCamera& camera, int u,
   return w >= kGrazing_cos * plane_C.norm() * ray;
 }
 
-void MotionTemplate::Build(const KnownBody& body, int pixels, const ExpectedView& view,
-                           const DepthCamera& camera, const PixelRays& rays, const Pose& X_WC,
+void MotionTemplate::Build(const KnownBody& body, int pixels, bool has_moved,
+                           const ExpectedView& view, const DepthCamera& camera,
+                           const PixelRays& rays, const Pose& X_WC,
                            const ReferenceImage& reference) {
-  samples_.clear();
+  const std::vector<Sample> before = std::exchange(samples_, {});
   information_.setZero();
   const PixelRectangle bounds = view.BoundsOf(body.id);
   const double share_each = static_cast<double>(pixels) / kMaxMotionPixels;
-  const int stride = std::max(2, static_cast<int>(std::ceil(std::sqrt(share_each))));
+  const int least_stride = std::max(2, static_cast<int>(std::ceil(std::sqrt(share_each))));
+  // Another grid would have to learn anew.
+  if (has_moved || stride_ < least_stride || stride_ > 2 * least_stride) stride_ = least_stride;
+  const int stride = stride_;
   // Each sample stands for the pixels around it, but says no more than one measurement.
   const double share = std::min(1.0, stride * stride / kPointsPerIndependentSample);
   const Eigen::Matrix3f R_WC = X_WC.linear().cast<float>();
@@ -94,6 +99,10 @@ void MotionTemplate::Build(const KnownBody& body, int pixels, const ExpectedView
       for (std::size_t k = 0; k < 6; ++k) {
         sample.derivative[k] = static_cast<float>(derivative[static_cast<Eigen::Index>(k)]);
       }
+      const auto same = std::ranges::lower_bound(before, sample.pixel, {}, &Sample::pixel);
+      if (!has_moved && same != before.end() && same->pixel == sample.pixel) {
+        sample.depth_m = same->depth_m;
+      }
       information_ += sample.weight * derivative * derivative.transpose();
       samples_.push_back(sample);
     }
@@ -101,26 +110,29 @@ void MotionTemplate::Build(const KnownBody& body, int pixels, const ExpectedView
 }
 
 void MotionTemplate::Measure(const DepthImage& image, const FrameClasses& classes,
-                             const ReferenceImage& reference, BodyEvidence& evidence) const {
+                             BodyEvidence& evidence) {
   std::array<float, 6> moment = {};
   Matrix6 silent = Matrix6::Zero();  // information of samples that say nothing
   int measured = 0;
-  for (const Sample& sample : samples_) {
+  for (Sample& sample : samples_) {
     const auto i = static_cast<std::size_t>(sample.pixel);
-    const float difference = image.depth_m[i] - reference.mean_m()[i];
+    const float difference = image.depth_m[i] - sample.depth_m.mean;
     const PixelClass pixel = classes.pixels[i];
     const bool is_measured = pixel == PixelClass::kConsistent || pixel == PixelClass::kNearer ||
                              pixel == PixelClass::kFarther;
-    if (!is_measured || !reference.Knows(i) ||
-        std::abs(difference) > static_cast<float>(kExplainedWithin_m)) {
+    const bool is_other = std::abs(difference) > static_cast<float>(kExplainedWithin_m);
+    if (!is_measured || is_other || !sample.depth_m.HasLearnt()) {
       const Eigen::Map<const Eigen::Matrix<float, 6, 1>> derivative(sample.derivative.data());
       const Vector6 row = derivative.cast<double>();
       silent += sample.weight * row * row.transpose();
-      continue;
+    } else {
+      ++measured;
+      const float weighted = sample.weight * difference;
+      for (std::size_t k = 0; k < 6; ++k) moment[k] += weighted * sample.derivative[k];
     }
-    ++measured;
-    const float weighted = sample.weight * difference;
-    for (std::size_t k = 0; k < 6; ++k) moment[k] += weighted * sample.derivative[k];
+    if (pixel != PixelClass::kConsistent) continue;
+    if (is_other && !sample.depth_m.HasLearnt()) sample.depth_m = {};
+    if (!is_other || sample.depth_m.frames == 0) sample.depth_m.Learn(image.depth_m[i]);
   }
   evidence.moment_pixels = measured;
   if (measured == 0) return;

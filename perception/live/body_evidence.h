@@ -11,12 +11,14 @@
 #include "perception/live/frame_evidence.h"
 #include "perception/live/pixel_rays.h"
 #include "perception/live/reference_image.h"
+#include "perception/live/usual_value.h"
 
 namespace cwm::perception {
 
-// Measures how the depths of a body's pixels differ from the reference, as a rigid motion. The
+// Measures how the depths of a body's pixels differ from their usual ones, as a rigid motion. The
 // pixels and their derivatives are kept while body, view and reference stay, so that a frame costs
-// six multiply-adds per pixel, of which no body has more than kMaxMotionPixels.
+// six multiply-adds per pixel, of which no body has more than kMaxMotionPixels. A pixel that shows
+// the body anew, since something before it left, says nothing before it has learnt its usual depth.
 //
 // A surface point q, relative to the body's origin, with normal n that moves by v + w x q changes
 // the depth along the ray d, of depth 1, by n * (v + w x q) / (n * d).
@@ -27,23 +29,26 @@ class MotionTemplate {
   static constexpr int kMaxMotionPixels = 400;
 
   // Selects pixels evenly among those of the body that have a reference, away from its edges and
-  // not seen at a grazing angle. The body is seen in `pixels` pixels.
-  void Build(const KnownBody& body, int pixels, const ExpectedView& view, const DepthCamera& camera,
-             const PixelRays& rays, const Pose& X_WC, const ReferenceImage& reference);
+  // not seen at a grazing angle. The body is seen in `pixels` pixels. Those that were selected
+  // before keep what they have learnt, unless the body was given another pose.
+  void Build(const KnownBody& body, int pixels, bool has_moved, const ExpectedView& view,
+             const DepthCamera& camera, const PixelRays& rays, const Pose& X_WC,
+             const ReferenceImage& reference);
 
-  // Adds the evidence of one frame: of pixels that are kConsistent, or differ by at most
-  // kExplainedWithin_m. What is farther before or behind the body says nothing about its motion.
-  void Measure(const DepthImage& image, const FrameClasses& classes,
-               const ReferenceImage& reference, BodyEvidence& evidence) const;
+  // Adds the evidence of one frame: of pixels that differ by at most kExplainedWithin_m. What is
+  // farther before or behind the body says nothing about its motion. Learns the frame.
+  void Measure(const DepthImage& image, const FrameClasses& classes, BodyEvidence& evidence);
 
  private:
   struct Sample {
     std::array<float, 6> derivative = {};  // of the depth by the twist
     float weight = 0;
     std::int32_t pixel = 0;
+    UsualValue depth_m = {};
   };
 
-  std::vector<Sample> samples_;
+  int stride_ = 0;
+  std::vector<Sample> samples_;            // by ascending pixel
   Matrix6 information_ = Matrix6::Zero();  // of all samples
 };
 

@@ -32,12 +32,12 @@ struct BodyEvidence {
   int farther = 0;
   int missing = 0;
   int hidden = 0;
-  // The rigid motion of the body, since it was given its pose or the reference was learnt, that
-  // explains the differences of depth at its pixels: the normal equations information * twist =
-  // moment, each depth with weight 1 / (sigma^2 kPointsPerIndependentSample), sigma being the
-  // pixel's spread in time. At most 400 pixels, evenly chosen, stand for all; those that differ by
-  // more than 10 mm say nothing. twist is (translation in m, rotation in rad) about the body's
-  // origin in the world's axes. Zero for a sensor without a reference.
+  // The rigid motion of the body, since it was given its pose, that explains the differences of
+  // depths at its pixels, and of its outline, from their usual values: the normal equations
+  // information * twist = moment, each depth with weight 1 / (sigma^2 kPointsPerIndependentSample),
+  // sigma being the pixel's spread in time. At most 400 pixels, evenly chosen, stand for all; those
+  // that differ by more than 10 mm say nothing. twist is (translation in m, rotation in rad) about
+  // the body's origin in the world's axes. Zero for a sensor without a reference.
   Matrix6 information = Matrix6::Zero();
   Vector6 moment = Vector6::Zero();
   int moment_pixels = 0;

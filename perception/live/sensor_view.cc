@@ -11,6 +11,7 @@
 #include "perception/live/body_evidence.h"
 #include "perception/live/compare_frame.h"
 #include "perception/live/hot_regions.h"
+#include "perception/live/outline_template.h"
 #include "perception/live/past_views.h"
 #include "perception/live/pose_estimate.h"
 #include "perception/live/reference_image.h"
@@ -28,6 +29,7 @@ struct SensorView::State {
   // A body's template follows the reference while that is learnt, and later its slow changes.
   struct BodyView {
     MotionTemplate motion = {};
+    OutlineTemplate outline = {};
     int frames_since_change = 0;
     int frames_since_move = std::numeric_limits<int>::max();  // of the body itself
 
@@ -268,10 +270,14 @@ std::vector<BodyEvidence> SensorView::State::Evidence(std::span<const KnownBody>
     if (has_reference && known->IsFollowed()) {
       BodyView& body_view = bodies_in_view[known->id];
       if (body_view.MustBuild(known->id)) {
-        body_view.motion.Build(*known, of_body.expected, view, camera, rays, X_WC, reference);
+        const bool has_moved = body_view.frames_since_move == 0;
+        body_view.motion.Build(*known, of_body.expected, has_moved, view, camera, rays, X_WC,
+                               reference);
+        body_view.outline.Build(*known, has_moved, view, camera, rays, X_WC, reference, noise);
       }
       ++body_view.frames_since_change;
-      body_view.motion.Measure(frame, frame_classes, reference, of_body);
+      body_view.motion.Measure(frame, frame_classes, of_body);
+      body_view.outline.Measure(frame, frame_classes, reference, of_body);
     }
     evidence.push_back(std::move(of_body));
   }

@@ -20,17 +20,21 @@ constexpr double kMemory_frames = 300;
 // are alike by chance.
 constexpr double kMinSpread_m = 0.0002;
 constexpr double kMinOfAssumed = 0.5;
+// chosen: innovations have longer tails than a normal distribution, so that one counts as at most
+// so many standard deviations, and no shift is told by two frames.
+constexpr double kMaxWhitened = 4;
 // chosen: a shift that is told only after two seconds is as good as drift.
 constexpr std::size_t kLongestRun_frames = 60;
 
 }  // namespace
 
-Vector6 ShiftTest::Spread_m() const { return variance_m2_.cwiseSqrt().cwiseMax(least_spread_m_); }
+Vector6 ShiftTest::Spread_m(const Vector6& assumed_sigma_m) const {
+  const Vector6 factor = variance_ratio_.cwiseSqrt().cwiseMax(kMinOfAssumed);
+  return factor.cwiseProduct(assumed_sigma_m).cwiseMax(kMinSpread_m);
+}
 
 bool ShiftTest::Add(const Vector6& shift_m, const Vector6& assumed_sigma_m) {
   if (frames_ == 0) {
-    variance_m2_ = assumed_sigma_m.cwiseAbs2();
-    least_spread_m_ = (kMinOfAssumed * assumed_sigma_m).cwiseMax(kMinSpread_m);
     mean_m_ = shift_m;  // the first frame defines the displacement of rest
     frames_ = 1;
     return false;
@@ -39,42 +43,45 @@ bool ShiftTest::Add(const Vector6& shift_m, const Vector6& assumed_sigma_m) {
   // The mean of few frames has an error of its own.
   const double widening = std::sqrt(1 + 1.0 / frames_);
   const Vector6 innovation_m = shift_m - mean_m_;
-  const Vector6 whitened = innovation_m.cwiseQuotient(widening * Spread_m());
+  const Vector6 spread_m = Spread_m(assumed_sigma_m);
+  const Vector6 whitened = innovation_m.cwiseQuotient(widening * spread_m)
+                               .cwiseMin(kMaxWhitened)
+                               .cwiseMax(-kMaxWhitened);
   if (has_learnt) {
-    Add(whitened, above_);
-    Add(-whitened, below_);
+    above_ = (above_ + whitened - Vector6::Constant(kSlack)).cwiseMax(0);
+    below_ = (below_ - whitened - Vector6::Constant(kSlack)).cwiseMax(0);
   }
   recent_m_.push_back(innovation_m);
   if (recent_m_.size() > kLongestRun_frames) recent_m_.pop_front();
-  int component = 0;
-  const bool is_above = above_.sum.maxCoeff() >= below_.sum.maxCoeff();
-  const Sums& larger = is_above ? above_ : below_;
-  if (larger.sum.maxCoeff(&component) > kThreshold) {
-    shift_m_ = MeanOverRun(larger, component);
+  if (std::max(above_.maxCoeff(), below_.maxCoeff()) > kThreshold) {
+    shift_m_ = MeanSinceShift(spread_m);
     return true;
   }
 
   // Learns slowly, and nothing from an innovation that may be a shift.
-  const Vector6 held_m = innovation_m.cwiseMin(3 * Spread_m()).cwiseMax(-3 * Spread_m());
+  const Vector6 held_m = innovation_m.cwiseMin(3 * spread_m).cwiseMax(-3 * spread_m);
   frames_ = std::min(frames_ + 1, static_cast<int>(kMemory_frames));
   mean_m_ += held_m / frames_;
-  variance_m2_ += (held_m.cwiseAbs2() - variance_m2_) / (kAssumedFrames + frames_);
+  const Vector6 ratio = held_m.cwiseQuotient(assumed_sigma_m.cwiseMax(kMinSpread_m)).cwiseAbs2();
+  variance_ratio_ += (ratio - variance_ratio_) / (kAssumedFrames + frames_);
   return false;
 }
 
-void ShiftTest::Add(const Vector6& whitened, Sums& sums) {
-  for (int i = 0; i < 6; ++i) {
-    sums.sum[i] = std::max(0.0, sums.sum[i] + whitened[i] - kSlack);
-    sums.run[i] = sums.sum[i] > 0 ? sums.run[i] + 1 : 0;
-  }
-}
-
-Vector6 ShiftTest::MeanOverRun(const Sums& sums, int component) const {
-  const std::size_t count =
-      std::min(recent_m_.size(), static_cast<std::size_t>(sums.run[component]));
+// The shift began with the frame since which it is the most likely, by the generalised likelihood
+// ratio (Basseville and Nikiforov 1993, "Detection of abrupt changes").
+Vector6 ShiftTest::MeanSinceShift(const Vector6& spread_m) const {
   Vector6 sum_m = Vector6::Zero();
-  for (std::size_t i = recent_m_.size() - count; i < recent_m_.size(); ++i) sum_m += recent_m_[i];
-  return sum_m / static_cast<double>(count);
+  Vector6 likeliest_m = Vector6::Zero();
+  double greatest = 0;
+  for (std::size_t count = 1; count <= recent_m_.size(); ++count) {
+    sum_m += recent_m_[recent_m_.size() - count];
+    const Vector6 mean_m = sum_m / static_cast<double>(count);
+    const double ratio = static_cast<double>(count) * mean_m.cwiseQuotient(spread_m).squaredNorm();
+    if (ratio <= greatest) continue;
+    greatest = ratio;
+    likeliest_m = mean_m;
+  }
+  return likeliest_m;
 }
 
 }  // namespace cwm::perception

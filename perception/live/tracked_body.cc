@@ -1,6 +1,6 @@
 #include "perception/live/tracked_body.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -36,8 +36,10 @@ constexpr double kMaxInFront = 0.2;
 // measured: the mean depth of a patch of 46 mm changes by 0.43 mm from frame to frame, at a noise
 // of a pixel of 1.9 mm.
 constexpr double kPatchShare = 0.25;
-// chosen: directions that the depths do not determine within this length are left as they are.
-constexpr double kUndetermined_m = 0.005;
+// chosen: directions that the depths of a frame determine less well, by their standard deviation,
+// are left as they are: a shift of 2 mm could not be told, and errors of the model would be taken
+// for one.
+constexpr double kMaxShiftSigma_m = 0.001;
 // chosen: smaller shifts are not worth a revision.
 constexpr double kMinShift_m = 0.001;
 
@@ -108,15 +110,22 @@ struct MeasuredShift {
   Vector6 sigma_m = Vector6::Zero();
 };
 
-// The motion that explains the depths, damped where they do not determine it.
+// The motion that explains the depths, in the directions that they determine.
 MeasuredShift ShiftOf(const BodyEvidence& evidence, double lever_m) {
+  constexpr double kMinInformation = 1 / (kMaxShiftSigma_m * kMaxShiftSigma_m);
   Vector6 scale;
   scale << Vector3::Ones(), Vector3::Constant(1 / lever_m);  // of the variables
   const Matrix6 information = scale.asDiagonal() * evidence.information * scale.asDiagonal();
-  const Matrix6 damped = information + Matrix6::Identity() / (kUndetermined_m * kUndetermined_m);
-  const Matrix6 inverse = damped.ldlt().solve(Matrix6::Identity());
-  return {.shift_m = inverse * scale.cwiseProduct(evidence.moment),
-          .sigma_m = (inverse * information * inverse).diagonal().cwiseMax(0).cwiseSqrt()};
+  const Eigen::SelfAdjointEigenSolver<Matrix6> directions(information);
+  Vector6 variances = Vector6::Zero();
+  for (int i = 0; i < 6; ++i) {
+    const double known = directions.eigenvalues()[i];
+    if (known >= kMinInformation) variances[i] = 1 / known;
+  }
+  const Matrix6& axes = directions.eigenvectors();
+  const Matrix6 covariance = axes * variances.asDiagonal() * axes.transpose();
+  return {.shift_m = covariance * scale.cwiseProduct(evidence.moment),
+          .sigma_m = covariance.diagonal().cwiseMax(0).cwiseSqrt()};
 }
 
 Pose Shifted(const Pose& X_WB, const Vector6& shift_m, double lever_m) {
@@ -316,8 +325,9 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
   SensorEvidence& sensor = sensors_[frame.sensor];
   sensor.visibility = VisibilityOf(evidence);
   JoinVisibility();
-  // Other pixels show the body now: their displacement at rest is learnt anew.
-  if (std::exchange(sensor.expected, evidence.expected) != evidence.expected) sensor.shift.Reset();
+  // At another pose its displacement at rest is learnt anew.
+  if (sensor.X_WB.matrix() != body.X_WB.matrix()) sensor.shift.Reset();
+  sensor.X_WB = body.X_WB;
   const bool follows_poses = body.kind == KnownBody::Kind::kObject;
   std::optional<Pose> fit;
   const int visible = evidence.consistent + evidence.farther;

@@ -54,7 +54,7 @@ class TrackedBody {
     int through_frames = 0;
     Stamp through_since = {};
     ShiftTest shift = {};
-    int expected = 0;  // pixels, in the last frame
+    Pose X_WB = Pose::Identity();  // in the last frame
   };
   struct StampedPose {
     Stamp stamp = {};

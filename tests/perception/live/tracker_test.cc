@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "perception/simulation/furniture.h"
 #include "perception/simulation/hand.h"
 #include "perception/simulation/look_at.h"
 #include "perception/simulation/scenes.h"
@@ -173,6 +174,102 @@ TEST(TrackerOnSequences, TellsSmallJumps) {
       const Vector3 end_W = script.scene.objects[object].X_WO.translation() + shift_W;
       EXPECT_LT((sequence.Find(id)->X_WB.translation() - end_W).norm(), 0.003);
     }
+  }
+}
+
+// A table before a still Kinect that looks down on it, with a box, a cup, and a higher box that hides
+// a part of the cup.
+enum RowIds : std::size_t { kSlidingBox = 1, kCup, kHidingBox };
+SequenceScript Row(std::uint64_t seed) {
+  constexpr double kTop_m = 0.75;
+  SequenceScript script;
+  script.duration_s = 4;
+  script.seed = seed;
+  script.scene.objects = {
+      MakeTop("table", {.area_W = {Vector2(-0.2, -1.2), Vector2(1.8, 1.2)}, .top_m = kTop_m})};
+  const auto add = [&](const char* name, const Shape& shape, double height_m, double x, double y) {
+    script.scene.objects.push_back(
+        {.name = name,
+         .parts = {{.X_FS = MakeTranslation(0, 0, 0.5 * height_m), .shape = shape}},
+         .X_WO = MakeTranslation(x, y, kTop_m)});
+  };
+  add("box", Box{{0.06, 0.09, 0.08}}, 0.08, 0.7, -0.2);
+  // Wider above than below: from here nothing of its side is seen.
+  add("cup", Cone{.radius_bottom_m = 0.03, .radius_top_m = 0.05, .length_m = 0.08}, 0.08, 0.8, 0.1);
+  add("hiding box", Box{{0.05, 0.08, 0.12}}, 0.12, 0.68, 0.14);
+  SequenceSensor sensor;
+  sensor.name = "head";
+  sensor.mount = LookAt(Vector3(0.15, 0, 1.55), Vector3(0.72, 0, kTop_m));
+  sensor.device_seed = 100 + seed;
+  script.sensors.push_back(sensor);
+  return script;
+}
+
+// A motion along the faces that a camera sees changes none of their depths: the outline tells it.
+TEST(TrackerOnSequences, TellsJumpsAlongTheVisibleFaces) {
+  for (const auto& [shift_m, within_frames] : {std::pair{0.005, 3}, {0.002, 9}}) {
+    for (const std::size_t object : {kSlidingBox, kCup}) {
+      for (const std::uint64_t seed : {1U, 2U, 3U}) {
+        SequenceScript script = Row(seed);
+        const Vector3 shift_W = (seed == 2 ? -1 : 1) * Vector3(0, shift_m, 0);
+        script.events.push_back({.object = object,
+                                 .begin_s = 2.5,
+                                 .end_s = 2.501,
+                                 .what = MoveEvent{Beside(script, object, shift_W)}});
+        TrackedSequence sequence(script);
+        const std::vector<TrackedFrame> frames = sequence.Run();
+        const auto id = static_cast<BodyId>(object);
+        const int first = FirstOf(frames, Kind::kMove, id);
+        EXPECT_GE(first, 75) << object << ", seed " << seed << ", " << shift_m;
+        EXPECT_LE(first, 76 + within_frames) << object << ", seed " << seed << ", " << shift_m;
+        for (const TrackedFrame& frame : frames) {
+          for (const TrackChange& change : frame.changes) EXPECT_EQ(change.body, id);
+        }
+        const Vector3 end_W = script.scene.objects[object].X_WO.translation() + shift_W;
+        EXPECT_LT((sequence.Find(id)->X_WB.translation() - end_W).norm(), 0.0015)
+            << object << ", seed " << seed << ", " << shift_m;
+      }
+    }
+  }
+}
+
+// What moves in front changes which pixels show the cup. The shift that they have told until then
+// is not forgotten, and what is uncovered tells none.
+TEST(TrackerOnSequences, TellsAJumpWhileWhatHidesAPartMoves) {
+  for (const std::uint64_t seed : {1U, 2U, 3U}) {
+    SequenceScript script = Row(seed);
+    const Vector3 shift_W(0.001, 0.002, 0);
+    script.events = {{.object = kCup,
+                      .begin_s = 2.5,
+                      .end_s = 2.501,
+                      .what = MoveEvent{Beside(script, kCup, shift_W)}},
+                     {.object = kHidingBox,
+                      .begin_s = 2.53,
+                      .end_s = 2.531,
+                      .what = MoveEvent{Beside(script, kHidingBox, {0, 0.02, 0})}}};
+    TrackedSequence sequence(script);
+    const std::vector<TrackedFrame> frames = sequence.Run();
+    const int first = FirstOf(frames, Kind::kMove, kCup);
+    EXPECT_GE(first, 75) << "seed " << seed;
+    EXPECT_LE(first, 85) << "seed " << seed;
+    const Vector3 end_W = script.scene.objects[kCup].X_WO.translation() + shift_W;
+    EXPECT_LT((sequence.Find(kCup)->X_WB.translation() - end_W).norm(), 0.0015) << "seed " << seed;
+  }
+}
+
+TEST(TrackerOnSequences, WhatIsUncoveredRestsToTheBit) {
+  for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
+    SequenceScript script = Row(seed);
+    script.events = {
+        {.object = kHidingBox, .begin_s = 2, .what = VanishEvent{}},
+        {.object = kHidingBox,
+         .begin_s = 3,
+         .what = AppearEvent{Beside(script, kHidingBox, {0, -0.02, 0})}},
+    };
+    TrackedSequence sequence(script);
+    const std::vector<TrackedFrame> frames = sequence.Run();
+    EXPECT_EQ(CountOf(frames, Kind::kRemove), 1) << "seed " << seed;
+    EXPECT_EQ(CountOf(frames, Kind::kMove), 0) << "seed " << seed;
   }
 }
 
