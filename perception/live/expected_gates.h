@@ -33,10 +33,14 @@ class ExpectedGates {
   const std::vector<float>& high_m() const { return high_m_; }
 
  private:
+  template <class Join>
+  void JoinAround(const PixelRectangle& pixels, int radius, const float* from, float neutral,
+                  const Join& join, float* to);
+
   int width_;
   int height_;
   std::vector<float> low_m_, high_m_;
-  std::vector<float> row_low_m_, row_high_m_;  // along rows only
+  std::vector<float> rows_, lines_;  // used again from call to call
 };
 
 }  // namespace cwm::perception
