@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -20,6 +21,10 @@ namespace cwm::perception {
 using Stamp = std::chrono::system_clock::time_point;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+// chosen: so many pixels that differ may show that a body is not where it was.
+inline constexpr int kMinChanged_px = 12;
+inline constexpr double kMinChangedShare = 0.03;
 
 // The evidence about one body that is expected in it.
 struct BodyEvidence {
@@ -58,6 +63,13 @@ struct BodyEvidence {
   // mm, within 30 mm of its outline. At most kMaxBodyPoints, in the frame L (world's axes, origin
   // at the sensor).
   std::vector<Eigen::Vector3f> points_L = {};
+
+  // So many of its pixels must differ.
+  double MinChanged_px() const {
+    return std::max<double>(kMinChanged_px, kMinChangedShare * (consistent + farther));
+  }
+  // True if rays pass through a part of it, for a sensor at rest.
+  bool IsSeenThrough() const { return beyond >= MinChanged_px(); }
 };
 inline constexpr int kMaxBodyPoints = 600;
 
@@ -66,6 +78,9 @@ struct HotRegion {
   std::vector<std::int32_t> blocks = {};  // indices of blocks, ascending
   int nearer = 0;                         // pixels
   int farther = 0;
+  // Of the nearer ones, those in which a sensor at rest saw something farther before: what they
+  // show has come, whereas others may show what something else hid.
+  int entered = 0;
   std::vector<BodyId> bodies = {};  // whose expected pixels it touches, ascending
   // Time for which the main share of its blocks has stayed the same within noise; 0 if they still
   // change.

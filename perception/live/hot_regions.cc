@@ -154,9 +154,7 @@ HotRegions::Rest HotRegions::RestOf(const std::vector<std::int32_t>& blocks, dou
   return *shortest;
 }
 
-HotRegion HotRegions::Describe(std::vector<std::int32_t> blocks, const DepthImage& image,
-                               const FrameClasses& classes, const std::vector<BodyId>& body,
-                               const PixelRays& rays, Stamp stamp,
+HotRegion HotRegions::Describe(std::vector<std::int32_t> blocks, const View& view, Stamp stamp,
                                const MovingSensor* moving) const {
   std::ranges::sort(blocks);
   HotRegion region;
@@ -175,15 +173,16 @@ HotRegion HotRegions::Describe(std::vector<std::int32_t> blocks, const DepthImag
         for (int dv = 0; dv < 2 && v + dv < pixels.v_end; ++dv) {
           for (int du = 0; du < 2 && u + du < pixels.u_end; ++du) {
             const std::size_t i = static_cast<std::size_t>(v + dv) * width_ + u + du;
-            if (body[i] != kNoBody && body[i] != last) {
-              last = body[i];
+            if (view.body[i] != kNoBody && view.body[i] != last) {
+              last = view.body[i];
               region.bodies.push_back(last);
             }
-            if (classes.pixels[i] == PixelClass::kFarther) ++region.farther;
-            if (classes.pixels[i] != PixelClass::kNearer) continue;
+            if (view.classes.pixels[i] == PixelClass::kFarther) ++region.farther;
+            if (view.classes.pixels[i] != PixelClass::kNearer) continue;
             ++region.nearer;
+            region.entered += view.reference.Knows(i) ? 1 : 0;
             if (std::exchange(has_point, true)) continue;
-            region.points_L.push_back(rays.Point(u + du, v + dv, image.depth_m[i]));
+            region.points_L.push_back(view.rays.Point(u + du, v + dv, view.image.depth_m[i]));
           }
         }
       }
@@ -199,16 +198,15 @@ HotRegion HotRegions::Describe(std::vector<std::int32_t> blocks, const DepthImag
   return region;
 }
 
-std::vector<HotRegion> HotRegions::Find(const DepthImage& image, const FrameClasses& classes,
-                                        const std::vector<BodyId>& body, const PixelRays& rays,
-                                        Stamp stamp, bool is_still, const MovingSensor* moving) {
+std::vector<HotRegion> HotRegions::Find(const View& view, Stamp stamp, bool is_still,
+                                        const MovingSensor* moving) {
   if (moving != nullptr) {
-    UpdateRestInWorld(image, classes, rays, stamp, moving->X_WC.translation());
+    UpdateRestInWorld(view.image, view.classes, view.rays, stamp, moving->X_WC.translation());
   } else {
-    UpdateRest(image, classes, stamp, is_still);
+    UpdateRest(view.image, view.classes, stamp, is_still);
   }
   std::vector<HotRegion> regions;
-  std::vector<std::uint8_t> left = classes.hot_blocks;
+  std::vector<std::uint8_t> left = view.classes.hot_blocks;
   for (std::size_t first = 0; first < left.size(); ++first) {
     if (left[first] == 0) continue;
     left[first] = 0;
@@ -224,7 +222,7 @@ std::vector<HotRegion> HotRegions::Find(const DepthImage& image, const FrameClas
         }
       }
     }
-    regions.push_back(Describe(std::move(blocks), image, classes, body, rays, stamp, moving));
+    regions.push_back(Describe(std::move(blocks), view, stamp, moving));
   }
   std::ranges::stable_sort(regions, std::greater(),
                            [](const HotRegion& region) { return region.blocks.size(); });

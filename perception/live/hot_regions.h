@@ -9,6 +9,7 @@
 #include "perception/live/past_views.h"
 #include "perception/live/pixel_rays.h"
 #include "perception/live/pixel_rectangle.h"
+#include "perception/live/reference_image.h"
 #include "perception/live/surface_age.h"
 
 namespace cwm::perception {
@@ -27,9 +28,15 @@ class HotRegions {
     PoseSigma sigma = {};
     const PastViews* past = nullptr;
   };
-  std::vector<HotRegion> Find(const DepthImage& image, const FrameClasses& classes,
-                              const std::vector<BodyId>& body, const PixelRays& rays, Stamp stamp,
-                              bool is_still, const MovingSensor* moving = nullptr);
+  struct View {
+    const DepthImage& image;
+    const FrameClasses& classes;
+    const std::vector<BodyId>& body;
+    const PixelRays& rays;
+    const ReferenceImage& reference;  // knows nothing while the sensor moves
+  };
+  std::vector<HotRegion> Find(const View& view, Stamp stamp, bool is_still,
+                              const MovingSensor* moving = nullptr);
 
  private:
   struct Rest {
@@ -47,9 +54,8 @@ class HotRegions {
   static void KeepEntered(const MovingSensor& moving, std::size_t first,
                           std::vector<Eigen::Vector3f>& points_L);
   PixelRectangle PixelsOf(std::int32_t block) const;
-  HotRegion Describe(std::vector<std::int32_t> blocks, const DepthImage& image,
-                     const FrameClasses& classes, const std::vector<BodyId>& body,
-                     const PixelRays& rays, Stamp stamp, const MovingSensor* moving) const;
+  HotRegion Describe(std::vector<std::int32_t> blocks, const View& view, Stamp stamp,
+                     const MovingSensor* moving) const;
 
   int width_;
   int height_;

@@ -401,8 +401,8 @@ FrameEvidence SensorView::Observe(const SensorFrame& frame, std::span<const Know
   evidence.bodies = state.Evidence(bodies, image, classes, rays);
   const HotRegions::MovingSensor moving = {
       .X_WC = state.X_WC, .sigma = evidence.pose_sigma, .past = &state.past};
-  evidence.regions = state.regions.Find(image, classes, state.body, rays, frame.stamp, is_still,
-                                        state.is_moving ? &moving : nullptr);
+  evidence.regions = state.regions.Find({image, classes, state.body, rays, state.reference},
+                                        frame.stamp, is_still, state.is_moving ? &moving : nullptr);
 
   state.has_moved |= state.is_moving;
   if (state.has_moved) {

@@ -44,9 +44,6 @@ constexpr double kMaxShiftSigma_m = 0.001;
 constexpr double kMinShift_m = 0.001;
 
 constexpr double kMinPublished_m = 0.0003;  // chosen: of a body that moves
-// chosen: so many pixels that differ may show that a body is not where it was.
-constexpr int kMinChanged_px = 12;
-constexpr double kMinChangedShare = 0.03;
 
 constexpr double kSettled_mps = 0.005;  // chosen: a hand holds still less well
 constexpr double kSettled_radps = 0.05;
@@ -330,16 +327,15 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
   sensor.X_WB = body.X_WB;
   const bool follows_poses = body.kind == KnownBody::Kind::kObject;
   std::optional<Pose> fit;
-  const int visible = evidence.consistent + evidence.farther;
-  const double least_px = std::max<double>(kMinChanged_px, kMinChangedShare * visible);
+  const double least_px = evidence.MinChanged_px();
   // Points in front never pull a pose, unless they can only be the body itself.
   const bool is_nearer = !is_touched && evidence.nearer >= least_px;
   // A moving sensor sees bodies from new sides, where models often lack something.
   const bool may_be_displaced = frame.is_moving
                                     ? evidence.farther >= least_px && HasEntered(frame, body.id)
-                                    : evidence.beyond >= least_px || is_nearer;
+                                    : evidence.IsSeenThrough() || is_nearer;
   const bool is_displaced = evidence.is_hot && may_be_displaced;
-  if (follows_poses && (is_displaced || !rests())) {
+  if (follows_poses && (rests() ? is_displaced : leads)) {
     const double within_m = FitGate_m(frame, body.X_WB);
     fit = FitPose(frame, OwnPoints(evidence, supports, within_m), *surface_, body.X_WB,
                   Predicted(frame.stamp, body.X_WB), rests() ? FitFor::kStart : FitFor::kGoOn);

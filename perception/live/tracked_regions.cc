@@ -5,6 +5,8 @@
 #include <numeric>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
+
 namespace cwm::perception {
 namespace {
 
@@ -14,8 +16,8 @@ constexpr int kMinRestFrames = 5;
 // chosen: what could not be interpreted, e.g. for a full disk, is not tried with every frame.
 constexpr std::chrono::seconds kRetryTime{3};
 // chosen: a thing that a gripper holds or has just put down shows a part of itself, and so does what
-// reaches into the view, such as an arm. It is interpreted when the gripper or the arm is away, or
-// does not go for so long.
+// reaches into the view, such as an arm; beside what has just moved may be what moved it. They are
+// interpreted when the gripper or the arm is away, or does not go for so long.
 constexpr double kMinRestOfCut_s = 3;
 // chosen: fewer pixels of robots beside a region, as a share of its own, cut nothing off.
 constexpr double kCutShare = 0.1;
@@ -84,6 +86,22 @@ bool IsCut(const FrameEvidence& frame, const HotRegion& region) {
   return robot > kCutShare * (region.nearer + region.farther);
 }
 
+// The bodies at a region that may be others than they were. What has come is no part of a thing that
+// still looks as before, however near it is. What something else hid may be.
+std::vector<BodyId> ChangedBodies(const FrameEvidence& frame, const HotRegion& region,
+                                  std::span<const KnownBody> bodies) {
+  std::vector<BodyId> changed = region.bodies;
+  if (region.entered < kMainShare * (region.nearer + region.farther)) return changed;
+  for (const KnownBody& body : bodies) {
+    if (body.kind == KnownBody::Kind::kSupport) continue;
+    const auto evidence = std::ranges::lower_bound(frame.bodies, body.id, {}, &BodyEvidence::id);
+    if (evidence == frame.bodies.end() || evidence->id != body.id) continue;
+    const bool is_shown = evidence->consistent >= kMinSignificantShare * evidence->expected;
+    if (is_shown && !evidence->IsSeenThrough()) std::erase(changed, body.id);
+  }
+  return changed;
+}
+
 Stamp Before(Stamp stamp, double seconds) {
   return stamp -
          std::chrono::duration_cast<Stamp::duration>(std::chrono::duration<double>(seconds));
@@ -99,8 +117,10 @@ std::uint64_t TrackedRegions::Ask(const FrameEvidence& frame, std::vector<std::i
 }
 
 std::vector<RegionRequest> TrackedRegions::Request(const FrameEvidence& frame,
+                                                   std::span<const KnownBody> bodies,
                                                    const IsMoving& is_moving) {
   KeepRest(frame);
+  KeepMoved(frame, is_moving);
   stamp_ = frame.stamp;
   const bool has_moved = has_pose_ && frame.X_WC.matrix() != X_WC_.matrix();
   // The second frame tells whether a sensor moves that may.
@@ -116,7 +136,7 @@ std::vector<RegionRequest> TrackedRegions::Request(const FrameEvidence& frame,
   }
   if (is_unclear || frame.stamp < not_before_) return {};
   if (!asked_for_view_) return RequestView(frame);
-  return knows_view_ ? RequestRested(frame, is_moving) : std::vector<RegionRequest>();
+  return knows_view_ ? RequestRested(frame, bodies, is_moving) : std::vector<RegionRequest>();
 }
 
 std::vector<RegionRequest> TrackedRegions::RequestView(const FrameEvidence& frame) {
@@ -164,10 +184,13 @@ std::vector<RegionRequest> TrackedRegions::RequestNew(const FrameEvidence& frame
 }
 
 std::vector<RegionRequest> TrackedRegions::RequestRested(const FrameEvidence& frame,
+                                                         std::span<const KnownBody> bodies,
                                                          const IsMoving& is_moving) {
   std::vector<RegionRequest> requests;
   for (const HotRegion& region : frame.regions) {
-    const bool is_cut = region.is_cut || IsCut(frame, region);
+    const bool has_moved =
+        std::ranges::any_of(region.bodies, [this](BodyId body) { return moved_.contains(body); });
+    const bool is_cut = region.is_cut || has_moved || IsCut(frame, region);
     const double least_rest_s = is_cut ? kMinRestOfCut_s : kMinRest_s;
     if (region.rest_s < least_rest_s || region.rest_frames < kMinRestFrames) continue;
     if (std::ranges::any_of(region.bodies, is_moving)) continue;
@@ -179,11 +202,20 @@ std::vector<RegionRequest> TrackedRegions::RequestRested(const FrameEvidence& fr
         })) {
       continue;
     }
-    RegionRequest request{.blocks = region.blocks, .bodies = region.bodies};
+    RegionRequest request{.blocks = region.blocks, .bodies = ChangedBodies(frame, region, bodies)};
     request.number = Ask(frame, region.blocks, false);
     requests.push_back(std::move(request));
   }
   return requests;
+}
+
+void TrackedRegions::KeepMoved(const FrameEvidence& frame, const IsMoving& is_moving) {
+  for (const BodyEvidence& body : frame.bodies) {
+    if (is_moving(body.id)) moved_[body.id] = frame.stamp;
+  }
+  std::erase_if(moved_, [since = Before(frame.stamp, kMinRestOfCut_s)](const auto& moved) {
+    return moved.second < since;
+  });
 }
 
 void TrackedRegions::KeepRest(const FrameEvidence& frame) {

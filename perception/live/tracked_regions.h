@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <span>
 #include <vector>
 
 #include "perception/live/frame_evidence.h"
@@ -20,7 +21,8 @@ class TrackedRegions {
   // The parts of the view to interpret beside the frames: the whole view of a sensor that has begun
   // or come to stand; regions that have come to rest; and, while the sensor moves, surfaces that it
   // sees for the first time, one request after the other.
-  std::vector<RegionRequest> Request(const FrameEvidence& frame, const IsMoving& is_moving);
+  std::vector<RegionRequest> Request(const FrameEvidence& frame, std::span<const KnownBody> bodies,
+                                     const IsMoving& is_moving);
   // The blocks of an open request that have stayed the same since it was made.
   std::vector<std::int32_t> SameSince(std::uint64_t request) const;
   // Ends a request; returns SameSince. Without success nothing is asked for some seconds, and then
@@ -44,9 +46,12 @@ class TrackedRegions {
   };
 
   std::vector<RegionRequest> RequestView(const FrameEvidence& frame);
-  std::vector<RegionRequest> RequestRested(const FrameEvidence& frame, const IsMoving& is_moving);
+  std::vector<RegionRequest> RequestRested(const FrameEvidence& frame,
+                                           std::span<const KnownBody> bodies,
+                                           const IsMoving& is_moving);
   std::vector<RegionRequest> RequestNew(const FrameEvidence& frame, const IsMoving& is_moving);
   void KeepRest(const FrameEvidence& frame);
+  void KeepMoved(const FrameEvidence& frame, const IsMoving& is_moving);
   std::uint64_t Ask(const FrameEvidence& frame, std::vector<std::int32_t> blocks, bool is_view);
 
   bool knows_view_ = false;
@@ -57,7 +62,8 @@ class TrackedRegions {
   Pose X_WC_ = Pose::Identity();  // of the last frame
   std::uint64_t last_number_ = 0;
   std::map<std::uint64_t, Pending> pending_;
-  std::vector<Rested> rested_;  // hot blocks of the last frame, by block
+  std::vector<Rested> rested_;     // hot blocks of the last frame, by block
+  std::map<BodyId, Stamp> moved_;  // when a body of the view moved last, for some seconds
 };
 
 }  // namespace cwm::perception

@@ -267,7 +267,7 @@ StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> 
   StepResult result;
   TrackerState::Sensor& sensor = state_->sensors[frame.sensor];
   ForgetMissing(*state_, bodies, result);
-  result.requests = sensor.regions.Request(frame, [this](BodyId id) {
+  result.requests = sensor.regions.Request(frame, bodies, [this](BodyId id) {
     const auto found = state_->bodies.find(id);
     const bool rests = found == state_->bodies.end() || found->second.rests();
     return !rests || state_->IsCarried(id);

@@ -422,7 +422,7 @@ void LiveWorld::InterpretRegion(const Session& session, const RegionJob& job) {
   const std::lock_guard sequence(sequencer_);
   region_runs_ = false;
   --regions_asked_;
-  const std::vector<std::int32_t> same =
+  std::vector<std::int32_t> same =
       tracker_.Finish(job.sensor, job.request.number, outcome.ok());
   if (!outcome.ok()) return;
   comparison.interpreted.Append(outcome->changes);
@@ -431,10 +431,12 @@ void LiveWorld::InterpretRegion(const Session& session, const RegionJob& job) {
   }
   // Another camera has another view.
   if (comparison.view == nullptr || comparison.camera != job.frame.camera) return;
+  const auto is_open = [&](std::int32_t block) {
+    return std::ranges::binary_search(outcome->open_blocks, block);
+  };
   std::vector<std::int32_t> interpreted = job.request.blocks;
-  std::erase_if(interpreted, [&](std::int32_t block) {
-    return std::ranges::binary_search(outcome->cut_blocks, block);
-  });
+  std::erase_if(interpreted, is_open);
+  std::erase_if(same, is_open);
   comparison.view->Remember(job.frame, interpreted, numbers_.TableOf(world_->Tip())->bodies);
   if (job.request.is_whole_view) comparison.view->ForgetHidden(job.frame);
   comparison.view->NoteInterpreted(job.frame, job.request.blocks);

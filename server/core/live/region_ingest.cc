@@ -24,9 +24,10 @@ using Outcome = Association::Outcome;
 
 // The objects that the associations of a region are about.
 struct Scope {
-  std::vector<WorldObjectPtr> known;  // of the world, then those that are gone
-  std::size_t present = 0;            // the first of `known` are in the world
-  std::set<std::string> may_change;   // names
+  std::vector<WorldObjectPtr> known;      // of the world, then those that are gone
+  std::size_t present = 0;                // the first of `known` are in the world
+  std::set<std::string> may_change;       // names
+  std::set<std::string> is_seen_through;  // those of them through a part of which rays pass
 };
 
 Scope ScopeOf(const RegionJob& job, const collision::WorldSnapshot& snapshot) {
@@ -35,6 +36,10 @@ Scope ScopeOf(const RegionJob& job, const collision::WorldSnapshot& snapshot) {
     const WorldObjectPtr object = job.bodies->Find(id);
     if (object != nullptr && object->kind != ObjectKind::kSupport) {
       scope.may_change.insert(object->name);
+      const auto evidence =
+          std::ranges::lower_bound(job.frame.bodies, id, {}, &perception::BodyEvidence::id);
+      const bool is_seen = evidence != job.frame.bodies.end() && evidence->id == id;
+      if (is_seen && evidence->IsSeenThrough()) scope.is_seen_through.insert(object->name);
     }
   }
   for (const WorldObjectPtr& object : snapshot.objects()) {
@@ -51,11 +56,21 @@ Scope ScopeOf(const RegionJob& job, const collision::WorldSnapshot& snapshot) {
   return scope;
 }
 
-// By detected object, the share of its points that differ from what was known; 0 if a significant
-// share of them has changed again since.
-std::vector<double> ChangedShares(const RegionJob& job,
-                                  const perception::SceneInterpretation& scene,
-                                  const std::vector<std::int32_t>& same_blocks) {
+// chosen: what has come and shows in fewer pixels is noise, or so small that the sensor could not
+// tell that it is gone: its model shows in some of them alone, and two dozen must be seen through.
+constexpr double kMinChanged_px = 48;
+
+// What a region shows that was not known.
+struct RegionNews {
+  // By detected object, the share of its points that differ from what was known; 0 if they are few,
+  // or if a significant share of them has changed again since.
+  std::vector<double> changed_shares = {};
+  // Blocks of the objects that have changed since, ascending.
+  std::vector<std::int32_t> outdated_blocks = {};
+};
+
+RegionNews NewsOf(const RegionJob& job, const perception::SceneInterpretation& scene,
+                  const std::vector<std::int32_t>& same_blocks) {
   // The first object has the second ten of labels.
   constexpr std::uint32_t kLabelsOfObject = 10, kFirstObject = 2;
   const perception::FrameClasses& classes = *job.frame.classes;
@@ -71,17 +86,24 @@ std::vector<double> ChangedShares(const RegionJob& job,
   for (std::size_t i = 0; i < scene.labels.size(); ++i) {
     const std::size_t object = std::size_t{scene.labels[i] / kLabelsOfObject} - kFirstObject;
     if (object >= points.size()) continue;  // of a support, or none
-    ++points[object].all;
+    Points& of = points[object];
+    const std::int32_t block = classes.BlockOf(i);
+    ++of.all;
+    of.blocks.insert(of.blocks.end(), block);
     if (classes.pixels[i] == perception::PixelClass::kConsistent) continue;
-    ++points[object].changed;
-    if (has_changed_since[static_cast<std::size_t>(classes.BlockOf(i))]) ++points[object].since;
+    ++of.changed;
+    if (has_changed_since[static_cast<std::size_t>(block)]) ++of.since;
   }
-  std::vector<double> shares;
+  RegionNews news;
+  std::set<std::int32_t> outdated;
   for (const Points& of : points) {
-    const bool is_of_past = of.since > perception::kMinSignificantShare * of.all;
-    shares.push_back(is_of_past ? 0 : of.changed / std::max(1.0, of.all));
+    const bool is_outdated = of.since > perception::kMinSignificantShare * of.all;
+    if (is_outdated) outdated.insert(of.blocks.begin(), of.blocks.end());
+    const bool is_told = of.changed >= kMinChanged_px && !is_outdated;
+    news.changed_shares.push_back(is_told ? of.changed / of.all : 0);
   }
-  return shares;
+  news.outdated_blocks.assign(outdated.begin(), outdated.end());
+  return news;
 }
 
 // Restricts what the associations say to what the region shows. A detection that did not change is
@@ -116,7 +138,8 @@ void Restrict(SceneMatch& match, const Scope& scope, const std::vector<double>& 
       return !is_detected;
     }
     const bool may_change = scope.may_change.contains(known.name) &&
-                            (!is_detected || changed >= perception::kMinSignificantShare);
+                            (!is_detected || changed >= perception::kMinSignificantShare ||
+                             scope.is_seen_through.contains(known.name));
     if (!may_change && association.outcome != Outcome::kExplained) {
       association.outcome = Outcome::kKeep;
     }
@@ -140,6 +163,7 @@ class RegionRun {
         found_(std::move(found)),
         same_since_(same_since),
         stop_(std::move(stop)),
+        open_blocks_(found_.cut_blocks),
         detections_(scene_),
         geometry_(detections_) {}
 
@@ -147,9 +171,13 @@ class RegionRun {
     const SnapshotPtr snapshot = world_.Tip();
     const Scope scope = ScopeOf(job_, *snapshot);
     match_ = MatchScene(snapshot, scope.known, scene_, cloud_, job_.frame.noise);
-    Restrict(match_, scope,
-             job_.request.is_new_surface ? std::vector<double>(scene_.objects.size(), 1)
-                                         : ChangedShares(job_, scene_, same_since_(job_)));
+    if (job_.request.is_new_surface) {
+      Restrict(match_, scope, std::vector<double>(scene_.objects.size(), 1));
+    } else {
+      RegionNews news = NewsOf(job_, scene_, same_since_(job_));
+      Restrict(match_, scope, news.changed_shares);
+      open_blocks_ = std::move(news.outdated_blocks);
+    }
     Grow();
     const perception::Work work{.max_threads = job_.max_threads,
                                 .threads_now = job_.threads_now,
@@ -240,7 +268,7 @@ class RegionRun {
   }
 
   RegionOutcome OutcomeOf(const WriteOutcome& written, const Scope& scope) const {
-    RegionOutcome outcome{.revision = written.revision, .cut_blocks = found_.cut_blocks};
+    RegionOutcome outcome{.revision = written.revision, .open_blocks = open_blocks_};
     outcome.changes.added = plan_.added;
     outcome.changes.replaced = plan_.replaced;
     outcome.changes.removed = plan_.removed;
@@ -264,6 +292,7 @@ class RegionRun {
   const perception::NewSurfaces found_;
   const SameSince& same_since_;
   const std::stop_token stop_;
+  std::vector<std::int32_t> open_blocks_;
   const Detections detections_;
   DetectionGeometry geometry_;
   SceneMatch match_;

@@ -36,7 +36,9 @@ struct RegionOutcome {
   FrameChanges changes = {};
   // Those of `gone` that came back, as they were; in changes.added.
   std::vector<collision::WorldObjectPtr> returned = {};
-  std::vector<std::int32_t> cut_blocks = {};  // see perception::NewSurfaces
+  // Those that show what was not taken into the world, ascending: what reaches out of the view of a
+  // new surface (perception::NewSurfaces), and what has changed since.
+  std::vector<std::int32_t> open_blocks = {};
 };
 
 // Publishes at most one revision. A new surface may add objects, and parts to supports and

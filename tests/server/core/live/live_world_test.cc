@@ -19,7 +19,9 @@ namespace cwm::server {
 namespace {
 
 using collision::ObjectKind;
+using perception::ObjectEvent;
 using perception::SequenceScript;
+using perception::SimulatedObject;
 
 // The demo's kitchen, seen at half the resolution of the demo's camera.
 SequenceScript Kitchen(double duration_s) {
@@ -305,6 +307,66 @@ TEST(LiveWorldTest, AnArmThatReachesIntoTheViewIsNoThing) {
     EXPECT_TRUE(outcome.changes.removed.empty()) << "frame " << k;
   }
   EXPECT_EQ(run.CountOf(ObjectKind::kObject), objects);
+}
+
+TEST(LiveWorldTest, AThingPutAgainstAnotherIsAThingOfItsOwn) {
+  SequenceScript script = Kitchen(4);
+  const std::size_t tea = ObjectNamed(script, "tea");
+  const Aabb tea_W = BoundsInWorld(script.scene.objects[tea]);
+  // Two millimetres beside it.
+  const Vector3 size(0.08, 0.05, 0.08);
+  const Vector3 place(tea_W.center().x(), tea_W.max().y() + 0.002 + size.y() / 2,
+                      tea_W.min().z() + size.z() / 2);
+  script.scene.objects.push_back({.name = "carton", .parts = {{.shape = Box{size}}}});
+  script.events.push_back(
+      {.object = script.scene.objects.size() - 1,
+       .begin_s = 1.5,
+       .end_s = 1.5,
+       .what = perception::AppearEvent{MakeTranslation(place.x(), place.y(), place.z())}});
+  LiveRun run(script);
+  for (int k = 0; k < 20; ++k) run.Process(k);
+  const collision::WorldObjectPtr before = run.ObjectAt(tea_W.center());
+  ASSERT_NE(before, nullptr);
+  const int objects = run.CountOf(ObjectKind::kObject);
+  for (int k = 20; k < 58; ++k) run.Process(k);
+  const collision::WorldObjectPtr after = run.ObjectAt(tea_W.center());
+  ASSERT_NE(after, nullptr);
+  EXPECT_EQ(after, before) << "what stood there has not changed";
+  const collision::WorldObjectPtr carton = run.ObjectAt(place);
+  ASSERT_NE(carton, nullptr);
+  EXPECT_NE(carton->name, before->name);
+  EXPECT_EQ(run.CountOf(ObjectKind::kObject), objects + 1);
+}
+
+TEST(LiveWorldTest, WhatStaysIsAskedForAgainThoughSomethingBesideItLeft) {
+  // A thing is put and a hand rests at it. While both are interpreted the hand leaves.
+  SequenceScript script = Kitchen(5);
+  const std::size_t tea = ObjectNamed(script, "tea");
+  const SimulatedObject& thing = script.scene.objects[tea];
+  const Aabb tea_W = BoundsInWorld(thing);
+  script.scene.objects.push_back({.name = "hand", .parts = {{.shape = Sphere{0.05}}}});
+  const std::size_t hand = script.scene.objects.size() - 1;
+  const Vector3 top(tea_W.center().x(), tea_W.center().y(), tea_W.max().z() + 0.045);
+  const auto add = [&](std::size_t object, double time_s, decltype(ObjectEvent::what) what) {
+    script.events.push_back(
+        {.object = object, .begin_s = time_s, .end_s = time_s, .what = std::move(what)});
+  };
+  add(tea, 1.2, perception::AppearEvent{thing.X_WO});
+  add(hand, 1.2, perception::AppearEvent{MakeTranslation(top.x(), top.y(), top.z())});
+  add(hand, 2.2, perception::VanishEvent{});
+  LiveRun run(script);
+  for (int k = 0; k < 18; ++k) run.Process(k);
+  EXPECT_EQ(run.ObjectAt(tea_W.center()), nullptr);
+  run.Hold();
+  for (int k = 18; k < 40; ++k) run.Process(k);
+  EXPECT_EQ(run.waiting(), 1U);
+  for (int k = 40; k < 70; ++k) {
+    run.Interpret();
+    run.Process(k);
+  }
+  const collision::WorldObjectPtr after = run.ObjectAt(tea_W.center());
+  ASSERT_NE(after, nullptr);
+  EXPECT_LT(after->bounds_W.max().z(), tea_W.max().z() + 0.01);
 }
 
 TEST(LiveWorldTest, SensorsThatAreGoneMakeRoomForOthers) {
