@@ -73,15 +73,52 @@ struct DepthRange {
   bool empty() const { return low_m > high_m; }
 };
 
+float Square(float value) { return value * value; }
+
+// The depth of a pixel; `otherwise_m` outside of the image and without a return.
+float DepthOr(const DepthImage& image, int u, int v, float otherwise_m) {
+  if (u < 0 || u >= image.width || v < 0 || v >= image.height) return otherwise_m;
+  const float depth_m = image.at(u, v);
+  return depth_m == 0 ? otherwise_m : depth_m;
+}
+
+// The noise of a depth, and of the place that the pixel shows on a slanted surface. Pixels two
+// apart tell its slope, on the side on which it is the lesser: the other may be beyond an edge.
+float Variance_m2(const DepthImage& image, const DepthNoise& noise, int u, int v) {
+  const float center = image.at(u, v);
+  const auto side = [&](int du, int dv) {
+    return std::abs(DepthOr(image, u + du, v + dv, center) - center);
+  };
+  const float slope_m =
+      std::max(std::min(side(-2, 0), side(2, 0)), std::min(side(0, -2), side(0, 2))) / 2;
+  return Square(noise.Axial_m(center)) + Square(slope_m * noise.Lateral_px(center));
+}
+
+// The pixels within kFar_px of one, the nearest first.
+struct Offset {
+  int du = 0, dv = 0;
+  int px2() const { return du * du + dv * dv; }
+};
+std::vector<Offset> OffsetsByDistance() {
+  std::vector<Offset> offsets;
+  for (int dv = -kFar_px; dv <= kFar_px; ++dv) {
+    for (int du = -kFar_px; du <= kFar_px; ++du) offsets.push_back({du, dv});
+  }
+  std::ranges::stable_sort(offsets, {}, &Offset::px2);
+  return offsets;
+}
+
 // Compares one frame with the image before.
 class Matching {
  public:
   Matching(const DepthCamera& camera, const DepthNoise& noise, const DepthImage& before,
-           const DepthImage& now)
+           const std::vector<float>& variance_m2, const DepthImage& now)
       : width_(camera.width),
         height_(camera.height),
         noise_(noise),
+        before_(before),
         before_m_(before.depth_m),
+        variance_m2_(variance_m2),
         now_m_(now.depth_m),
         columns_((width_ + kCell_px - 1) / kCell_px),
         rows_((height_ + kCell_px - 1) / kCell_px),
@@ -135,12 +172,12 @@ class Matching {
     if (now == 0) return;  // no evidence of anything
     if (before == 0) {
       const float gate_m = kDifference_sigma * std::sqrt(2 * Square(noise_.Axial_m(now)));
-      Judge(now, RangeAround(u, v), gate_m, sums);
       source_[i] = NearestSame(u, v, kFar_px);
       sums.found += static_cast<int>(source_[i] < 0);
+      if (!IsWithin(now, source_[i], u, v, gate_m)) Judge(now, RangeAround(u, v), gate_m, sums);
       return;
     }
-    const float variance_m2 = 2 * Variance_m2(u, v);  // of both frames
+    const float variance_m2 = 2 * variance_m2_[i];  // of both frames
     const float difference_m = now - before;
     if (Square(difference_m) <= Square(kDifference_sigma) * variance_m2) {
       ++sums.pixels;
@@ -150,12 +187,13 @@ class Matching {
       return;
     }
     const float gate_m = kDifference_sigma * std::sqrt(variance_m2);
-    const DepthRange range = IsEdge(u, v) ? RangeAround(u, v) : DepthRange{before, before};
-    Judge(now, range, gate_m, sums);
     source_[i] = NearestSame(u, v, kNear_px);
+    if (!IsEdge(u, v)) {
+      Judge(now, {before, before}, gate_m, sums);
+    } else if (!IsWithin(now, source_[i], u, v, gate_m)) {
+      Judge(now, RangeAround(u, v), gate_m, sums);
+    }
   }
-
-  static float Square(float value) { return value * value; }
 
   static void Judge(float now, const DepthRange& range, float gate_m, Sums& sums) {
     if (range.empty()) return;
@@ -163,23 +201,17 @@ class Matching {
     if (now > range.high_m + gate_m) ++sums.farther;
   }
 
-  // The depth of a pixel before; `otherwise_m` outside of the image and without a return.
-  float Before(int u, int v, float otherwise_m) const {
-    if (u < 0 || u >= width_ || v < 0 || v >= height_) return otherwise_m;
-    const float depth_m = before_m_[At(u, v)];
-    return depth_m == 0 ? otherwise_m : depth_m;
+  // True if a pixel of the range around (u, v) explains the depth, so that the range does.
+  bool IsWithin(float now, std::int32_t pixel, int u, int v, float gate_m) const {
+    if (pixel < 0) return false;
+    const bool is_around =
+        std::abs(pixel % width_ - u) <= kNear_px && std::abs(pixel / width_ - v) <= kNear_px;
+    const float before = before_m_[static_cast<std::size_t>(pixel)];
+    return is_around && now >= before - gate_m && now <= before + gate_m;
   }
 
-  // The noise of a depth, and of the place that the pixel shows on a slanted surface. Pixels two
-  // apart tell its slope, on the side on which it is the lesser: the other may be beyond an edge.
-  float Variance_m2(int u, int v) const {
-    const float center = before_m_[At(u, v)];
-    const auto side = [&](int du, int dv) {
-      return std::abs(Before(u + du, v + dv, center) - center);
-    };
-    const float slope_m =
-        std::max(std::min(side(-2, 0), side(2, 0)), std::min(side(0, -2), side(0, 2))) / 2;
-    return Square(noise_.Axial_m(center)) + Square(slope_m * noise_.Lateral_px(center));
+  float Before(int u, int v, float otherwise_m) const {
+    return DepthOr(before_, u, v, otherwise_m);
   }
 
   bool IsEdge(int u, int v) const {
@@ -210,21 +242,21 @@ class Matching {
   // The pixel within `radius_px` whose depth before explains the one now: the nearest one, and of
   // equally near ones that of the most similar depth; -1 if there is none.
   std::int32_t NearestSame(int u, int v, int radius_px) const {
+    static const std::vector<Offset> kOffsets = OffsetsByDistance();
     const float now = now_m_[At(u, v)];
     const float most_m = noise_.Explained_m(now);
     std::int32_t best = -1;
     int best_px2 = std::numeric_limits<int>::max();
     float best_m = kInfinite_m;
-    for (int dv = -radius_px; dv <= radius_px; ++dv) {
-      for (int du = -radius_px; du <= radius_px; ++du) {
-        const int px2 = du * du + dv * dv;
-        if (px2 > best_px2) continue;
-        const float apart_m = std::abs(Before(u + du, v + dv, kInfinite_m) - now);
-        if (apart_m > most_m || (px2 == best_px2 && apart_m >= best_m)) continue;
-        best = static_cast<std::int32_t>(At(u + du, v + dv));
-        best_px2 = px2;
-        best_m = apart_m;
-      }
+    for (const Offset& offset : kOffsets) {
+      const auto& [du, dv] = offset;
+      if (offset.px2() > best_px2 || offset.px2() > 2 * radius_px * radius_px) break;
+      if (std::max(std::abs(du), std::abs(dv)) > radius_px) continue;
+      const float apart_m = std::abs(Before(u + du, v + dv, kInfinite_m) - now);
+      if (apart_m > most_m || apart_m >= best_m) continue;
+      best = static_cast<std::int32_t>(At(u + du, v + dv));
+      best_px2 = offset.px2();
+      best_m = apart_m;
     }
     return best;
   }
@@ -232,7 +264,9 @@ class Matching {
   const int width_;
   const int height_;
   const DepthNoise& noise_;
+  const DepthImage& before_;
   const std::vector<float>& before_m_;
+  const std::vector<float>& variance_m2_;
   const std::vector<float>& now_m_;
   const int columns_;
   const int rows_;
@@ -245,11 +279,17 @@ StillView::StillView(const DepthCamera& camera, const SensorNoise& noise,
                      std::shared_ptr<const DepthImage> image)
     : camera_(camera), noise_(camera, noise), image_(std::move(image)) {
   assert(image_ != nullptr && image_->depth_m.size() == camera.pixel_count());
+  variance_m2_.reserve(image_->depth_m.size());
+  for (int v = 0; v < camera.height; ++v) {
+    for (int u = 0; u < camera.width; ++u) {
+      variance_m2_.push_back(Variance_m2(*image_, noise_, u, v));
+    }
+  }
 }
 
 std::optional<std::vector<std::int32_t>> StillView::Match(const DepthImage& now) const {
   assert(now.depth_m.size() == camera_.pixel_count());
-  return Matching(camera_, noise_, *image_, now).Run();
+  return Matching(camera_, noise_, *image_, variance_m2_, now).Run();
 }
 
 }  // namespace cwm::perception

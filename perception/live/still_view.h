@@ -21,6 +21,8 @@ class StillView {
             std::shared_ptr<const DepthImage> image);
 
   const DepthCamera& camera() const { return camera_; }
+  // Of what is kept for each pixel.
+  std::size_t bytes() const { return 2 * sizeof(float) * camera_.pixel_count(); }
 
   // Empty if the frame differs, or may differ, from the image by more than noise. Otherwise, per
   // pixel of the frame, the pixel of the image that shows the same surface: mostly the same one,
@@ -38,6 +40,7 @@ class StillView {
   DepthCamera camera_;
   DepthNoise noise_;
   std::shared_ptr<const DepthImage> image_;
+  std::vector<float> variance_m2_;  // by pixel, of a depth of one frame
 };
 
 }  // namespace cwm::perception

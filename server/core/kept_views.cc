@@ -48,7 +48,7 @@ std::int64_t KeptView::bytes() const {
   constexpr std::int64_t kOthers = 64 << 10;
   std::int64_t sum = kOthers + static_cast<std::int64_t>(labels.size() * sizeof(std::uint32_t));
   sum += static_cast<std::int64_t>((points.size() + normals.size()) * sizeof(Eigen::Vector3f));
-  if (image) sum += static_cast<std::int64_t>(image->camera().pixel_count() * sizeof(float));
+  if (image) sum += static_cast<std::int64_t>(image->bytes());
   for (const collision::WorldObjectPtr& object : provisional) {
     if (object != nullptr) sum += ApproximateBytes(*object);
   }
