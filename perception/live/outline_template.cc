@@ -45,6 +45,12 @@ std::optional<Eigen::Vector2f> NormalAt(BodyId id, const ExpectedView& view,
   return sum / norm;
 }
 
+// The index of a pixel that is `count` steps from another one.
+std::size_t PixelAt(std::int32_t first, std::int32_t step, int count) {
+  const std::int32_t pixel = first + count * step;
+  return static_cast<std::size_t>(pixel);
+}
+
 bool IsMeasured(PixelClass pixel) {
   return pixel == PixelClass::kConsistent || pixel == PixelClass::kNearer ||
          pixel == PixelClass::kFarther;
@@ -66,7 +72,7 @@ std::vector<OutlineTemplate::Border> OutlineTemplate::BordersOf(BodyId id, const
       const auto pixel = static_cast<std::int32_t>(v * camera.width + u);
       if (body[static_cast<std::size_t>(pixel)] != id) continue;
       for (const std::int32_t step : {-1, 1, -camera.width, camera.width}) {
-        if (body[static_cast<std::size_t>(pixel + step)] != id) borders.push_back({pixel, step});
+        if (body[PixelAt(pixel, step, 1)] != id) borders.push_back({pixel, step});
       }
     }
   }
@@ -76,7 +82,7 @@ std::vector<OutlineTemplate::Border> OutlineTemplate::BordersOf(BodyId id, const
 bool OutlineTemplate::FindDrop(const Border& border, const ExpectedView& view,
                                const ReferenceImage& reference, const DepthNoise& noise,
                                Crossing& crossing) {
-  const auto at = [&](int k) { return static_cast<std::size_t>(border.pixel + k * border.step); };
+  const auto at = [&](int k) { return PixelAt(border.pixel, border.step, k); };
   const auto knows = [&](int k) { return reference.Knows(at(k)); };
   // The last pixel before the drop and the first one behind it.
   int last = 0;
@@ -171,9 +177,7 @@ void OutlineTemplate::Build(const KnownBody& body, bool has_moved, const Expecte
 // pixel without a return is as its neighbours are, on both sides.
 float OutlineTemplate::PixelsOfBody(const Crossing& crossing, const DepthImage& image,
                                     const FrameClasses& classes, const ReferenceImage& reference) {
-  const auto at = [&](int k) {
-    return static_cast<std::size_t>(crossing.pixel + k * crossing.border.step);
-  };
+  const auto at = [&](int k) { return PixelAt(crossing.pixel, crossing.border.step, k); };
   const auto is_same = [&](std::size_t i, float within_m) {
     const float depth_m = image.depth_m[i];
     return depth_m != 0 && reference.Knows(i) &&

@@ -55,6 +55,23 @@ TEST(AssociateObjects, KeepsMovesAndAddsByPlaceAndNotByOrder) {
   EXPECT_EQ(OfObject(result, 1).known, -1);
 }
 
+// Both are gone, and the other one fits a little better, by the errors of the models.
+TEST(AssociateObjects, GivesWhatComesBackTheNameOfTheAlikeOneThatWasThere) {
+  HeadOnBox measured = PacketAt(-0.3, 0);
+  measured.size_m.x() = 0.203;
+  std::vector<KnownObject> known = {KnownBox("a twin", PacketAt(0.3, 0)), KnownBox("b", measured)};
+  for (KnownObject& object : known) object.is_gone = true;
+  const HeadOnScan scan({PacketAt(-0.27, 0.02)});
+  const auto back = OfObject(AssociateObjects(known, scan.Scene(), scan.evidence()), 0);
+  EXPECT_EQ(back.outcome, Outcome::kMove);
+  EXPECT_EQ(back.known, 1);
+  // Elsewhere nothing tells them apart but the fit.
+  const HeadOnScan elsewhere({PacketAt(0, 0.25)});
+  const auto moved = OfObject(AssociateObjects(known, elsewhere.Scene(), elsewhere.evidence()), 0);
+  EXPECT_EQ(moved.outcome, Outcome::kMove);
+  EXPECT_EQ(moved.known, 0);
+}
+
 TEST(AssociateObjects, LetsRaysJudgeWhatIsNotDetected) {
   const HeadOnBox board{{0.3, 0, 0.9}, {0.3, 0.4, 0.02}};
   const std::vector<KnownObject> known = {
