@@ -157,18 +157,28 @@ std::vector<std::string> NamesOf(const std::vector<WorldObjectPtr>& objects,
   return names;
 }
 
+// Calls use(label, count) for each run of equal labels but 0: neighbours mostly have the same.
+template <class Use>
+void ForEachRun(const std::vector<std::uint32_t>& labels, const Use& use) {
+  for (std::size_t i = 0; i < labels.size();) {
+    const std::size_t begin = i;
+    while (i < labels.size() && labels[i] == labels[begin]) ++i;
+    if (labels[begin] != 0) use(labels[begin], static_cast<std::int64_t>(i - begin));
+  }
+}
+
 // True if each object, and all supports together, keep at least half of their points.
 bool KeepsObjects(const std::vector<std::uint32_t>& before, const std::vector<std::uint32_t>& now) {
   if (before.empty()) return true;
   const std::uint32_t greatest = std::max(*std::ranges::max_element(before), 1U);
   // By object: the points now beyond a half of those before, twice. Every label is one of before.
   std::vector<std::int64_t> margins(greatest / kLabelsPerObject + 1, 0);
-  for (const std::uint32_t label : before) {
-    if (label != 0) --margins[label / kLabelsPerObject];
-  }
-  for (const std::uint32_t label : now) {
-    if (label != 0) margins[label / kLabelsPerObject] += 2;
-  }
+  ForEachRun(before, [&](std::uint32_t label, std::int64_t count) {
+    margins[label / kLabelsPerObject] -= count;
+  });
+  ForEachRun(now, [&](std::uint32_t label, std::int64_t count) {
+    margins[label / kLabelsPerObject] += 2 * count;
+  });
   return std::ranges::all_of(margins, [](std::int64_t margin) { return margin >= 0; });
 }
 
