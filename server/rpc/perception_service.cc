@@ -59,7 +59,9 @@ absl::Status SetPose(Runtime& runtime, const v1::SetSensorPoseRequest& request,
   const auto world = runtime.application.worlds.Find(request.world(), request.world_uid());
   if (!world.ok()) return world.status();
   const FieldPath root;
-  if (request.sensor().empty()) return root.Field("sensor").Error("is empty, must name one");
+  if (auto named = CheckSensorName(request.sensor(), root.Field("sensor")); !named.ok()) {
+    return named;
+  }
   const auto live = runtime.live_worlds.Find((*world)->uid());
   const bool is_kept = (*world)->SensorPoseOf(request.sensor()).has_value();
   if (!is_kept && (live == nullptr || !live->Has(request.sensor()))) {

@@ -228,7 +228,7 @@ absl::StatusOr<IngestRequest> IngestRequestFromProto(const v1::IngestCloudHeader
                                                      const FieldPath& path) {
   constexpr std::int64_t kMaxIdBytes = 128;
   IngestRequest request;
-  auto status = CheckTextLength(header.sensor(), kMaxIdBytes, path.Field("sensor"));
+  auto status = CheckPrintable(header.sensor(), kMaxIdBytes, path.Field("sensor"));
   if (!status.ok()) return status;
   status = CheckTextLength(header.request_id(), kMaxIdBytes, path.Field("request_id"));
   if (!status.ok()) return status;

@@ -18,5 +18,8 @@ struct IntRange {
 absl::Status CheckRange(std::int64_t value, IntRange range, const FieldPath& path);
 absl::Status CheckTextLength(const std::string& text, std::int64_t max_bytes,
                              const FieldPath& path);
+// OK for a text of at most so many bytes without control characters: it is shown in terminals and
+// written to logs.
+absl::Status CheckPrintable(const std::string& text, std::int64_t max_bytes, const FieldPath& path);
 
 }  // namespace cwm::server

@@ -73,7 +73,7 @@ absl::Status TakePose(const v1::SensorCalibration& proto, const FieldPath& path,
     for (const auto& [name, field] :
          {std::pair{&read.robot, "robot"}, std::pair{&read.link, "link"}}) {
       if (name->empty()) return mount.Field(field).Error("is empty, must name one");
-      if (auto status = CheckTextLength(*name, kMaxSensorNameBytes, mount.Field(field));
+      if (auto status = CheckPrintable(*name, kMaxSensorNameBytes, mount.Field(field));
           !status.ok()) {
         return status;
       }
@@ -183,17 +183,16 @@ v1::FrameFate FrameFateToProto(FrameFate fate) {
 
 }  // namespace
 
+absl::Status CheckSensorName(const std::string& name, const FieldPath& path) {
+  if (name.empty()) return path.Error("is empty, must be a name of 1 to 128 characters");
+  return CheckPrintable(name, kMaxSensorNameBytes, path);
+}
+
 absl::StatusOr<SensorPlan> SensorPlanFromProto(const v1::SensorCalibration& calibration,
                                                const Limits& limits, const FieldPath& path) {
   SensorPlan plan{.world = calibration.world(), .world_uid = calibration.world_uid()};
   const FieldPath name_path = path.Field("sensor");
-  if (calibration.sensor().empty()) {
-    return name_path.Error("is empty, must be a name of 1 to 128 characters");
-  }
-  if (auto status = CheckTextLength(calibration.sensor(), kMaxSensorNameBytes, name_path);
-      !status.ok()) {
-    return status;
-  }
+  if (auto status = CheckSensorName(calibration.sensor(), name_path); !status.ok()) return status;
   plan.calibration.sensor = calibration.sensor();
   auto noise = SensorNoiseFromProto(calibration.sensor_model(), path.Field("sensor_model"));
   if (!noise.ok()) return noise.status();

@@ -42,6 +42,9 @@ struct SensorPlan {
   }
 };
 
+// OK for 1 to 128 characters of which none is a control character.
+absl::Status CheckSensorName(const std::string& name, const FieldPath& path);
+
 absl::StatusOr<SensorPlan> SensorPlanFromProto(const v1::SensorCalibration& calibration,
                                                const Limits& limits, const FieldPath& path);
 

@@ -257,6 +257,7 @@ TEST(WireCloud, HeadersThatLieAreRefusedByTheirField) {
   };
   const std::vector<Case> cases = {
       {[](auto& h) { h.set_point_count(0); }, "header.point_count"},
+      {[](auto& h) { h.set_sensor("head\x1b[2J"); }, "header.sensor"},
       {[](auto& h) { h.set_point_count(-5); }, "header.point_count"},
       {[](auto& h) { h.set_point_count(20'000'001); }, "header.point_count"},
       {[](auto& h) { h.set_point_count(std::numeric_limits<std::int64_t>::max()); },

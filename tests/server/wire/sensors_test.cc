@@ -111,6 +111,23 @@ TEST(WireDepth, WhatAnImageTellsMustAgreeWithIt) {
   EXPECT_THAT(error(bad), HasSubstr("header.depth.pinhole.fx_px: is 0"));
 }
 
+TEST(WireSensors, NamesHaveNoControlCharacters) {
+  const FieldPath root;
+  const FieldPath path = root.Field("sensor");
+  for (const char* name : {"head", "wrist camera", "Kamera über dem Tisch", "棚"}) {
+    EXPECT_TRUE(CheckSensorName(name, path).ok()) << name;
+  }
+  EXPECT_EQ(FieldAtFault(CheckSensorName("", path)), "sensor");
+  for (const char* name : {"a\nb", "\x1b[2Jhead", "tab\t", "\x7f", "c1 \xc2\x9b 2J"}) {
+    const absl::Status status = CheckSensorName(name, path);
+    EXPECT_EQ(FieldAtFault(status), "sensor");
+    EXPECT_THAT(status.message(), ::testing::Not(HasSubstr(name)));
+  }
+  EXPECT_THAT(CheckSensorName("\x1b[2J", path).message(),
+              HasSubstr("sensor: is \"\\x1b[2J\", must have no control characters"));
+  EXPECT_THAT(CheckSensorName(std::string(129, 'a'), path).message(), HasSubstr("at most 128"));
+}
+
 // A watcher of a moving object gets some 130 bytes a frame: the world's uid, the revision, the
 // object's name, its pose in doubles, its motion.
 TEST(WireSensorFacts, AMovingObjectIsToldInFewBytes) {
