@@ -34,6 +34,8 @@ constexpr double kLever_m = 1;
 // chosen: fewer patches or points are no view in common.
 constexpr int kMinPatches = 3;
 constexpr int kMinCompared = 100;
+// chosen: a motion that makes so many more points lie on common surfaces is no error of normals.
+constexpr double kClearlyMore = 1.05;
 // chosen: a share of contradicting points that edges and mixed pixels do not reach.
 constexpr double kMaxContradicting = kMinSignificantShare;
 // derived: the quantile of the normal distribution beyond which 0.27 % lie, on one side.
@@ -201,6 +203,11 @@ Determined DeterminedBy(const Matrix6& information) {
   return {axes.eigenvectors().rightCols(6 - first), axes.eigenvalues().tail(6 - first)};
 }
 
+// Twice: the errors of normals are known by a few pixels each.
+Determined DeterminedBy(const NormalEquations& sums) {
+  return DeterminedBy(sums.information - 2 * sums.by_errors);
+}
+
 // The covariance, about `origin_W`, of the error of a given pose.
 Matrix6 PoseCovariance(const MeanView& view, const Vector3& origin_W) {
   Matrix6 about = Matrix6::Identity();
@@ -283,7 +290,18 @@ Pose Moved(const Pose& X_WC, const Vector6& twist) {
   return moved;
 }
 
+Vector6 TwistBetween(const Pose& X_WC_from, const Pose& X_WC_to) {
+  const Eigen::AngleAxisd turn(Matrix3(X_WC_to.linear() * X_WC_from.linear().transpose()));
+  Vector6 twist;
+  twist << X_WC_to.translation() - X_WC_from.translation(), turn.angle() * turn.axis();
+  return twist;
+}
+
 namespace {
+
+int CommonPoints(const NormalEquations& sums) {
+  return static_cast<int>(sums.arms.size()) - sums.contradicting;
+}
 
 // Looks for the motion of a sensor from starts of its pose.
 class Search {
@@ -295,18 +313,24 @@ class Search {
     return Compare(samples_, patch_count_, own_, other_, twist, reach_m);
   }
 
-  Vector6 From(Vector6 twist, std::span<const double> reaches_m) {
+  // Along directions that nothing determines the errors of normals would lead the search. It keeps
+  // to the others, unless it is `free`: far from the pose, surfaces that determine more may not be
+  // matched yet.
+  Vector6 From(Vector6 twist, std::span<const double> reaches_m, bool is_free = true) {
     const Pose& X_WC = own_.view().X_WC;
-    // Directions that nothing determines stay near the given pose.
-    const Vector6 prior = (kSearched_m * Scale()).cwiseAbs2().cwiseInverse();
+    const Vector6 scale = Scale();
+    constexpr double kPrior = 1 / (kSearched_m * kSearched_m);
     for (const double reach_m : reaches_m) {
       const NormalEquations sums = At(twist, reach_m);
-      const Vector6 step = Matrix6(sums.information + Matrix6(prior.asDiagonal()))
-                               .ldlt()
-                               .solve(sums.moment - prior.cwiseProduct(twist));
-      const Pose X_WC_next = Moved(Moved(X_WC, twist), step);
-      const Eigen::AngleAxisd turn(X_WC_next.linear() * X_WC.linear().transpose());
-      twist << X_WC_next.translation() - X_WC.translation(), turn.angle() * turn.axis();
+      Eigen::Matrix<double, 6, Eigen::Dynamic> axes = Matrix6::Identity();
+      if (!is_free) axes = DeterminedBy(sums).axes;
+      Eigen::MatrixXd information =
+          axes.transpose() * (scale.asDiagonal() * sums.information * scale.asDiagonal()) * axes;
+      information.diagonal().array() += kPrior;
+      const Eigen::VectorXd moment = axes.transpose() * (scale.cwiseProduct(sums.moment) -
+                                                         kPrior * twist.cwiseQuotient(scale));
+      const Vector6 step = scale.cwiseProduct(Vector6(axes * information.ldlt().solve(moment)));
+      twist = TwistBetween(X_WC, Moved(Moved(X_WC, twist), step));
     }
     return twist;
   }
@@ -320,7 +344,7 @@ class Search {
       start.head<3>() += kStartShift_m * shift;
       const Vector6 found = From(start, kReaches_m);
       const NormalEquations sums = At(found, kReaches_m.back());
-      const int count = static_cast<int>(sums.arms.size()) - sums.contradicting;
+      const int count = CommonPoints(sums);
       if (count <= most) continue;
       most = count;
       best = found;
@@ -354,8 +378,14 @@ bool IsFound(const NormalEquations& sums) {
 
 ViewAlignment AlignViews(const MeanView& sensor, const MeanView& other) {
   Search search(sensor, other);
-  Vector6 twist = search.From(Vector6::Zero(), kReaches_m);
+  Vector6 twist = search.From(Vector6::Zero(), kReaches_m, /*is_free=*/false);
   NormalEquations sums = search.At(twist, kReaches_m.back());
+  const Vector6 free_twist = search.From(Vector6::Zero(), kReaches_m);
+  NormalEquations free_sums = search.At(free_twist, kReaches_m.back());
+  if (CommonPoints(free_sums) > kClearlyMore * CommonPoints(sums)) {
+    twist = free_twist;
+    sums = std::move(free_sums);
+  }
   if (!IsFound(sums) && sums.compared >= kMinCompared) {
     twist = search.FromAround(Vector6::Zero());
     sums = search.At(twist, kReaches_m.back());
@@ -369,8 +399,7 @@ ViewAlignment AlignViews(const MeanView& sensor, const MeanView& other) {
     alignment.apart_m = Median(std::move(sums.before_m));
     return alignment;
   }
-  // Twice: their errors are known by a few pixels each.
-  const Determined known = DeterminedBy(sums.information - 2 * sums.by_errors);
+  const Determined known = DeterminedBy(sums);
   const Vector6 scale = Scale();
   const Vector6 lengths = scale.cwiseInverse();
   alignment.is_aligned = true;
@@ -405,6 +434,13 @@ ViewAlignment Reversed(const ViewAlignment& alignment, const MeanView& sensor,
   return reversed;
 }
 
+ViewAlignment WithOtherMoved(const ViewAlignment& alignment, const MeanView& sensor,
+                             const Pose& X_WW) {
+  ViewAlignment moved = alignment;
+  moved.twist = TwistBetween(sensor.X_WC, X_WW * Moved(sensor.X_WC, alignment.twist));
+  return moved;
+}
+
 bool Contradicts(const ViewAlignment& alignment, const MeanView& sensor, const MeanView& other) {
   if (!alignment.is_aligned) return alignment.contradicting > kMaxContradicting;
   const Vector3& origin_W = sensor.X_WC.translation();
@@ -413,6 +449,17 @@ bool Contradicts(const ViewAlignment& alignment, const MeanView& sensor, const M
       SquaredDistance(alignment.twist, alignment.information,
                       PoseCovariance(sensor, origin_W) + PoseCovariance(other, origin_W), count);
   return count > 0 && squared > MaxSquaredDistance(count);
+}
+
+Pose MostLikelyPose(const MeanView& sensor, std::span<const ViewAlignment> alignments) {
+  Matrix6 information = PoseCovariance(sensor, sensor.X_WC.translation()).inverse();
+  Vector6 moment = Vector6::Zero();
+  for (const ViewAlignment& each : alignments) {
+    if (!each.is_aligned) continue;
+    information += each.information;
+    moment += each.information * each.twist;
+  }
+  return Moved(sensor.X_WC, information.ldlt().solve(moment));
 }
 
 std::optional<SensorPoseEstimate> EstimatePose(const MeanView& sensor,

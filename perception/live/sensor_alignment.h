@@ -64,15 +64,24 @@ struct ViewAlignment {
 // errors are alike over a patch, however many pixels it has.
 ViewAlignment AlignViews(const MeanView& sensor, const MeanView& other);
 
-// The pose moved by a twist about its origin.
+// The pose moved by a twist about its origin, and the twist that moves one pose to another.
 Pose Moved(const Pose& X_WC, const Vector6& twist);
+Vector6 TwistBetween(const Pose& X_WC_from, const Pose& X_WC_to);
 // The same alignment as the other sensor sees it: its motion onto the sensor.
 ViewAlignment Reversed(const ViewAlignment& alignment, const MeanView& sensor,
                        const MeanView& other);
 
+// The same alignment if all that the other sensor sees moves by X_WW.
+ViewAlignment WithOtherMoved(const ViewAlignment& alignment, const MeanView& sensor,
+                             const Pose& X_WW);
+
 // True if the views differ by more than the errors of both given poses and of the alignment
 // explain: beyond the 99.73 % quantile, that of three standard deviations.
 bool Contradicts(const ViewAlignment& alignment, const MeanView& sensor, const MeanView& other);
+
+// The most likely pose of a sensor by its given one and by its alignments with others, each with
+// its errors. The given pose where nothing else determines it.
+Pose MostLikelyPose(const MeanView& sensor, std::span<const ViewAlignment> alignments);
 
 // The pose of a sensor by what the others see.
 struct SensorPoseEstimate {

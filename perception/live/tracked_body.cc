@@ -50,6 +50,11 @@ constexpr double kSettled_radps = 0.05;
 constexpr milliseconds kSettling{150};
 constexpr milliseconds kSpeedWindow{200};
 
+// chosen: sensors may lag each other by so much; one that is silent for longer leads no more.
+constexpr milliseconds kMaxLag{200};
+// chosen: another sensor leads only if it tells clearly more, so that the lead does not change with
+// every hand that passes.
+constexpr double kLeadFactor = 2;
 constexpr milliseconds kFoundAgain{500};  // chosen: a dozen frames
 // chosen: a body that left all views while it moved is not where it was seen last. Behind something
 // it may be, for as long as others kept such things (Rusu, Sucan et al. 2009: 30 s).
@@ -153,6 +158,25 @@ double StudentGate(std::size_t degrees) {
 }
 
 }  // namespace
+
+bool TrackedBody::TakeLead(const FrameEvidence& frame, const BodyEvidence& evidence,
+                           const KnownBody& body) {
+  SensorEvidence& own = sensors_[frame.sensor];
+  const double range_m = (body.X_WB.translation() - frame.X_WC.translation()).norm();
+  const double sigma_m = frame.noise.AxialSigma_m(range_m);
+  own.last = frame.stamp;
+  own.information = (evidence.consistent + evidence.farther) / (sigma_m * sigma_m);
+  const auto told = [&](const std::string& sensor) {
+    const auto found = sensors_.find(sensor);
+    const bool is_silent = found == sensors_.end() || frame.stamp - found->second.last > kMaxLag;
+    return is_silent ? 0 : found->second.information;
+  };
+  if (leader_.empty()) leader_ = frame.sensor;
+  for (const auto& [name, sensor] : sensors_) {
+    if (told(name) > kLeadFactor * told(leader_)) leader_ = name;
+  }
+  return leader_ == frame.sensor;
+}
 
 bool TrackedBody::IsGone(const FrameEvidence& frame, const BodyEvidence& evidence,
                          SensorEvidence& sensor) {
@@ -322,6 +346,7 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
   SensorEvidence& sensor = sensors_[frame.sensor];
   sensor.visibility = VisibilityOf(evidence);
   JoinVisibility();
+  const bool leads = TakeLead(frame, evidence, body);
   // At another pose its displacement at rest is learnt anew.
   if (sensor.X_WB.matrix() != body.X_WB.matrix()) sensor.shift.Reset();
   sensor.X_WB = body.X_WB;
@@ -350,15 +375,18 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
   if (fit) last_fit_ = frame.stamp;
   Outcome outcome;
   if (!rests()) {
-    if (sensor.visibility == Visibility::kVisible) {
+    if (leads && sensor.visibility == Visibility::kVisible) {
       outcome.X_WB = Follow(frame.stamp, body.X_WB, fit);
     }
+  } else if (fit && !leads) {
+    outcome.seen_at = fit;
   } else if (fit && LargestShift_m(*surface_, body.X_WB, *fit) >= LeastShift_m(frame, body)) {
     facts_.motion = Motion::kMoving;
     poses_.assign({{frame.stamp, *fit}});
     outcome.X_WB = fit;
   } else if (follows_poses && !is_touched) {
     outcome.X_WB = SmallShift(frame, evidence, body, sensor);
+    if (!leads) outcome.X_WB.reset();
   }
   if (!outcome.X_WB) {
     // A body that moves may be ahead of where it is looked for, and be found again.

@@ -18,7 +18,8 @@ namespace cwm::perception {
 class TrackedBody {
  public:
   struct Outcome {
-    std::optional<Pose> X_WB = {};  // the pose to publish
+    std::optional<Pose> X_WB = {};     // the pose to publish
+    std::optional<Pose> seen_at = {};  // the pose in a frame that gives none to publish
     bool is_gone = false;  // rays pass through its place, or it moved and was not seen for long
   };
 
@@ -50,6 +51,8 @@ class TrackedBody {
  private:
   struct SensorEvidence {
     Visibility visibility = Visibility::kStale;
+    Stamp last = {};         // its newest frame with the body
+    double information = 0;  // of its visible pixels in that frame, by their noise
     double gone_log_odds = 0;
     int through_frames = 0;
     Stamp through_since = {};
@@ -61,6 +64,10 @@ class TrackedBody {
     Pose X_WB = Pose::Identity();
   };
 
+  // Makes the sensor that tells most of the body its leader, with some inertia. True if that is the
+  // frame's: only the leader's frames give poses, so that a body is not moved back and forth by the
+  // differences of what sensors measure.
+  bool TakeLead(const FrameEvidence& frame, const BodyEvidence& evidence, const KnownBody& body);
   bool IsGone(const FrameEvidence& frame, const BodyEvidence& evidence, SensorEvidence& sensor);
   bool IsLostForLong(Stamp stamp);
   std::optional<Pose> SmallShift(const FrameEvidence& frame, const BodyEvidence& evidence,
@@ -79,6 +86,7 @@ class TrackedBody {
 
   TrackedFacts facts_ = {};
   std::map<std::string, SensorEvidence> sensors_;
+  std::string leader_;  // a sensor
   std::shared_ptr<const BodySurface> surface_;
   std::deque<StampedPose> poses_;  // of the last moments of a motion, oldest first
   Stamp settles_since_ = {};

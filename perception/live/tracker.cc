@@ -300,8 +300,9 @@ StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> 
       result.changes.push_back(
           {.kind = TrackChange::Kind::kMove, .body = body->id, .X_WB = *outcome.X_WB});
     }
-    if (outcome.X_WB || !tracked.rests() || state_->IsCarried(body->id)) {
-      moved.push_back(Placed(frame, tracked.surface(), outcome.X_WB.value_or(body->X_WB)));
+    if (outcome.X_WB || outcome.seen_at || !tracked.rests() || state_->IsCarried(body->id)) {
+      const Pose X_WB = outcome.X_WB.value_or(outcome.seen_at.value_or(body->X_WB));
+      moved.push_back(Placed(frame, tracked.surface(), X_WB));
     }
     if (outcome.is_gone && body->kind != KnownBody::Kind::kSupport) {
       result.changes.push_back({.kind = TrackChange::Kind::kRemove, .body = body->id});

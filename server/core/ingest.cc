@@ -247,6 +247,9 @@ class IngestRun {
 
   std::optional<NamedSensorPose> SensorPoseToKeep() const {
     if (request_.in_world_frame) return std::nullopt;
+    if (request_.kept_pose.has_value()) {
+      return NamedSensorPose{request_.sensor, *request_.kept_pose};
+    }
     if (request_.options.X_WC.has_value()) {
       return NamedSensorPose{request_.sensor, {*request_.options.X_WC, true}};
     }

@@ -23,6 +23,8 @@ struct IngestRequest {
   perception::InterpretOptions options;  // X_WC is set if the pose of C was given
   bool in_world_frame = false;           // C is the world's frame, and tells no sensor's pose
   bool force = false;                    // takes a scan that contradicts the world
+  // The pose of the sensor that the world keeps, if it is not that of the options.
+  std::optional<SensorPose> kept_pose = {};
   // Refuses a scan whose pose would only be a guess.
   bool needs_confirmed_pose = false;
   IngestMode mode = IngestMode::kUpdate;

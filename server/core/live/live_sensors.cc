@@ -31,6 +31,7 @@ std::vector<SensorStatus> LiveWorld::Sensors() const {
     status.estimate = agreement_.EstimateOf(name);
     status.estimate_note = agreement_.NoteOf(name);
     status.conflicts = agreement_.ConflictsOf(name);
+    status.X_WC = agreement_.GivenPose(name).value_or(status.X_WC);
   }
   return sensors;
 }
@@ -63,14 +64,25 @@ std::optional<Pose> LiveWorld::EstimatedPose(const std::string& sensor) const {
   return estimate ? std::optional(estimate->X_WC) : std::nullopt;
 }
 
+// The place at which the sensor's frames are compared with the world.
+SensorPlace LiveWorld::UsedPlace(const std::string& sensor, const SensorPlace& given) const {
+  SensorPlace used = given;
+  const std::lock_guard sequence(sequencer_);
+  used.X_WC = agreement_.UsedPose(sensor, given.X_WC);
+  return used;
+}
+
 // True if the frame may change the world; otherwise the outcome says why not, unless the sensor is
 // still to be compared with others.
-bool LiveWorld::IsTrusted(const Evidence& evidence, const SensorCalibration& calibration,
-                          FrameOutcome& outcome) {
-  agreement_.Add(evidence, calibration);
-  switch (agreement_.StandingOf(evidence.sensor)) {
+bool LiveWorld::IsTrusted(const Evidence& evidence, const Pose& X_WC_given,
+                          const SensorCalibration& calibration, FrameOutcome& outcome) {
+  agreement_.Add(evidence, X_WC_given, calibration);
+  const SensorAgreement::Standing standing = agreement_.StandingOf(evidence.sensor);
+  const bool is_trusted = standing == SensorAgreement::Standing::kTrusted;
+  switch (standing) {
     case SensorAgreement::Standing::kTrusted:
-      return true;
+      if (!agreement_.IsDisplaced(evidence.sensor)) return true;
+      break;
     case SensorAgreement::Standing::kWaits:
       outcome.interpreting = true;
       return false;
@@ -81,8 +93,11 @@ bool LiveWorld::IsTrusted(const Evidence& evidence, const SensorCalibration& cal
     const std::vector<std::string> conflicts = agreement_.ConflictsOf(evidence.sensor);
     outcome.reason = "CALIBRATION_CONFLICT";
     outcome.message = conflicts.empty() ? "" : conflicts.front();
+    if (is_trusted) {
+      outcome.message += ": the frame is used at the pose at which it agrees with the others";
+    }
   }
-  return false;
+  return is_trusted;
 }
 
 void LiveWorld::StartComparison() {
@@ -104,6 +119,11 @@ void LiveWorld::StartComparison() {
   if (is_taken) return;
   const std::lock_guard sequence(sequencer_);
   agreement_.PutBack(*job);  // the next frame tries again
+}
+
+bool LiveWorld::RunsBeside() const {
+  const std::lock_guard sequence(sequencer_);
+  return regions_asked_ > 0 || fusion_.is_running() || agreement_.is_comparing();
 }
 
 void LiveWorld::ForgetAgreement(const std::string& sensor) {

@@ -216,7 +216,11 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
     refused.revision = table->snapshot->revision();
     return refused;
   }
-  if (comparison.view == nullptr || comparison.camera != frame.camera) {
+  const SensorPlace used = UsedPlace(calibration.sensor, *place);
+  const bool is_placed_anew = comparison.X_WC.has_value() &&
+                              comparison.X_WC->matrix() == place->X_WC.matrix() &&
+                              comparison.X_WC_used.matrix() != used.X_WC.matrix();
+  if (comparison.view == nullptr || comparison.camera != frame.camera || is_placed_anew) {
     comparison.view = std::make_unique<perception::SensorView>(calibration.sensor, frame.camera,
                                                                calibration.noise);
     comparison.camera = frame.camera;
@@ -227,15 +231,16 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
     const std::lock_guard sequence(sequencer_);
     tracker_.PlaceCarried(links, bodies);
   }
-  comparison.view->Expect(bodies, place->X_WC);
+  comparison.view->Expect(bodies, used.X_WC);
   stages.End("expected");
-  RobotsSeen seen = FindRobots(comparison, calibration, frame, *place, *table, bodies, robots);
+  RobotsSeen seen = FindRobots(comparison, calibration, frame, used, *table, bodies, robots);
   stages.End("robot");
   comparison.newest = frame.stamp;
   comparison.X_WC = place->X_WC;
+  comparison.X_WC_used = used.X_WC;
   FrameEvidence evidence = comparison.view->Observe(
       {.stamp = frame.stamp,
-       .X_WC = place->X_WC,
+       .X_WC = used.X_WC,
        .image = frame.image,
        .pose_sigma = frame.pose_sigma.value_or(calibration.pose_sigma()),
        .may_move = frame.X_WC.has_value() || calibration.mount.has_value()},
@@ -257,7 +262,7 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
     // Before the robots are prepared, nobody knows what of the frame is theirs.
     std::vector<perception::TrackChange> changes;
     if (seen.is_prepared) {
-      const bool is_trusted = IsTrusted(evidence, calibration, outcome);
+      const bool is_trusted = IsTrusted(evidence, place->X_WC, calibration, outcome);
       changes = is_trusted ? Track(evidence, table, bodies, session)
                            : tracker_.ForgetSensor(evidence.sensor);
       if (is_trusted) NoteShapes(evidence, table);
@@ -275,11 +280,11 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
     outcome.changes = std::move(written->changes);
     outcome.changes.Append(std::exchange(comparison.interpreted, {}));
     if (first->has_value()) outcome.changes.Append(**first);
-    outcome.interpreting |= regions_asked_ > 0 || fusion_.is_running();
   }
   StartComparison();
   StartRegions();
   StartFusion();
+  outcome.interpreting |= RunsBeside();
   stages.End("publish");
   const double latency_ms = Milliseconds(stages.last() - frame.received);
   const std::chrono::duration<double, std::milli> delay =
@@ -317,6 +322,7 @@ std::vector<perception::TrackChange> LiveWorld::Track(const Evidence& evidence,
   PublishFacts(step, *table);
   for (perception::RegionRequest& request : step.requests) {
     RegionJob job{.sensor = evidence.sensor,
+                  .X_WC_given = agreement_.GivenPose(evidence.sensor).value_or(evidence.X_WC),
                   .request = std::move(request),
                   .frame = evidence,
                   .bodies = table,

@@ -127,6 +127,7 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
                         const LiveFrame& frame, const SensorPlace& place, const BodyTable& table,
                         std::span<const perception::KnownBody> bodies,
                         std::span<const RobotAtFrame> robots);
+  SensorPlace UsedPlace(const std::string& sensor, const SensorPlace& given) const;
   std::vector<perception::TrackChange> Track(const Evidence& evidence,
                                              const std::shared_ptr<const BodyTable>& table,
                                              std::span<const perception::KnownBody> bodies,
@@ -139,14 +140,16 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
   // An object is seen that was gone or lost: it may be another one of its shape.
   void NoteSeenAgain(const collision::WorldObject& object, const BodyTable& bodies);
   void NoteSightings(const Evidence& evidence, const BodyTable& bodies, SensorComparison& at);
-  bool IsTrusted(const Evidence& evidence, const SensorCalibration& calibration,
-                 FrameOutcome& outcome);
+  bool IsTrusted(const Evidence& evidence, const Pose& X_WC_given,
+                 const SensorCalibration& calibration, FrameOutcome& outcome);
   void StartComparison();
   void NoteShapes(const Evidence& evidence, const std::shared_ptr<const BodyTable>& table);
   void StartFusion();
   void FinishFusion(const FusionJob& job, const std::vector<std::string>& replaced);
   void ForgetAgreement(const std::string& sensor);
   void StartRegions();
+  // True if something runs or waits beside the frames that may change what later ones see.
+  bool RunsBeside() const;
   void InterpretRegion(const Session& session, const RegionJob& job);
   void ForgetMovers(SensorSession& session);
   void ClearFacts();

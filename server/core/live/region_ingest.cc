@@ -327,10 +327,15 @@ absl::StatusOr<RegionOutcome> IngestView(World& world, const RegionJob& job,
   request.cloud = std::move(cloud);
   request.sensor = job.sensor;
   request.options = OptionsOf(job);
-  // An estimated pose stays an estimate.
+  // An estimated pose stays an estimate, and a given one what it was.
   const std::optional<SensorPose> kept = world.SensorPoseOf(job.sensor);
-  const bool is_kept = kept.has_value() && kept->X_WC.matrix() == job.frame.X_WC.matrix();
-  if (is_kept && !kept->given) request.options.X_WC.reset();
+  const bool is_estimate =
+      kept.has_value() && !kept->given && kept->X_WC.matrix() == job.X_WC_given.matrix();
+  if (job.frame.X_WC.matrix() != job.X_WC_given.matrix()) {
+    request.kept_pose = SensorPose{job.X_WC_given, !is_estimate};
+  } else if (is_estimate) {
+    request.options.X_WC.reset();
+  }
   request.frame_stamp = job.frame.stamp;
   auto ingested = Ingest(world, request, interpret, std::move(stop));
   if (!ingested.ok()) return ingested.status();

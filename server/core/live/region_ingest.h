@@ -18,6 +18,7 @@ namespace cwm::server {
 
 struct RegionJob {
   std::string sensor;
+  Pose X_WC_given = Pose::Identity();  // the frame's pose, before others corrected it
   perception::RegionRequest request;
   perception::FrameEvidence frame;          // that the tracker asked about
   std::shared_ptr<const BodyTable> bodies;  // that the frame was compared with

@@ -15,6 +15,12 @@ using perception::ViewAlignment;
 
 bool IsSamePose(const Pose& a, const Pose& b) { return a.matrix() == b.matrix(); }
 
+// True if points a metre before a sensor move by more than the world takes for noise.
+bool IsFarFrom(const Pose& X_WC_a, const Pose& X_WC_b) {
+  const perception::Vector6 twist = perception::TwistBetween(X_WC_a, X_WC_b);
+  return std::hypot(twist.head<3>().norm(), twist.tail<3>().norm()) > SensorAgreement::kMaxApart_m;
+}
+
 // True if the views lie apart by more than the world takes for noise, and by more than the errors of
 // their comparison explain.
 bool IsFarApart(const ViewAlignment& alignment, const MeanView& sensor, const MeanView& other) {
@@ -47,21 +53,22 @@ AgreementResult Compare(const AgreementJob& job) {
   return result;
 }
 
-void SensorAgreement::Add(const perception::FrameEvidence& frame,
+void SensorAgreement::Add(const perception::FrameEvidence& frame, const Pose& X_WC_given,
                           const SensorCalibration& calibration) {
   const auto [found, is_new] = sensors_.try_emplace(frame.sensor);
   Sensor& sensor = found->second;
   if (is_new) sensor.order = ++last_order_;
-  const bool is_other = is_new || !IsSamePose(sensor.header.X_WC, frame.X_WC) ||
-                        sensor.header.camera != frame.camera ||
+  const bool is_other_pose = is_new || !IsSamePose(sensor.header.X_WC, X_WC_given);
+  const bool is_other = is_other_pose || sensor.header.camera != frame.camera ||
                         sensor.header.pose_sigma_m != calibration.pose_sigma_m ||
                         sensor.header.pose_sigma_rad != calibration.pose_sigma_rad;
-  sensor.is_moving = !is_new && !IsSamePose(sensor.header.X_WC, frame.X_WC);
+  sensor.is_moving = !is_new && is_other_pose;
   sensor.last = frame.stamp;
   if (is_other) {
     ForgetView(frame.sensor, sensor);
+    if (is_other_pose) ForgetPose(sensor, !frame.may_move);
     sensor.header = {.sensor = frame.sensor,
-                     .X_WC = frame.X_WC,
+                     .X_WC = X_WC_given,
                      .camera = frame.camera,
                      .noise = frame.noise,
                      .pose_sigma_m = calibration.pose_sigma_m,
@@ -89,6 +96,20 @@ void SensorAgreement::ForgetView(const std::string& name, Sensor& sensor) {
   });
 }
 
+// The others keep the places that agree with where a camera that may move stood. A pose that was told
+// anew, of the sensor that all others agree with, is meant to move what it sees.
+void SensorAgreement::ForgetPose(Sensor& sensor, bool is_told) {
+  const bool is_first =
+      sensor.X_WC_used.has_value() && std::ranges::none_of(sensors_, [&](const auto& entry) {
+        const Sensor& other = entry.second;
+        return other.X_WC_used && other.used_order < sensor.used_order;
+      });
+  sensor.X_WC_used.reset();
+  if (!is_first || !is_told) return;
+  for (auto& named : sensors_) named.second.X_WC_used.reset();
+  PlaceTrusted();
+}
+
 // True if the other sensor may tell about this one, now or soon.
 bool SensorAgreement::MustWaitFor(const Sensor& other, const Sensor& sensor) const {
   if (other.is_moving || other.standing != Standing::kTrusted) return false;
@@ -105,6 +126,27 @@ bool SensorAgreement::HasTrustedBeside(const std::string& sensor) const {
 SensorAgreement::Standing SensorAgreement::StandingOf(const std::string& sensor) const {
   const auto found = sensors_.find(sensor);
   return found == sensors_.end() ? Standing::kTrusted : found->second.standing;
+}
+
+Pose SensorAgreement::UsedPose(const std::string& sensor, const Pose& X_WC_given) const {
+  const auto found = sensors_.find(sensor);
+  const bool is_known = found != sensors_.end() && found->second.X_WC_used.has_value() &&
+                        IsSamePose(found->second.header.X_WC, X_WC_given);
+  return is_known ? *found->second.X_WC_used : X_WC_given;
+}
+
+std::optional<Pose> SensorAgreement::GivenPose(const std::string& sensor) const {
+  const auto found = sensors_.find(sensor);
+  return found == sensors_.end() ? std::nullopt : std::optional(found->second.header.X_WC);
+}
+
+bool SensorAgreement::IsDisplaced(const std::string& sensor) const {
+  const auto found = sensors_.find(sensor);
+  if (found == sensors_.end() || !found->second.X_WC_used) return false;
+  if (IsSamePose(*found->second.X_WC_used, found->second.header.X_WC)) return false;
+  return std::ranges::any_of(pairs_, [&](const auto& entry) {
+    return entry.first.first == sensor && entry.second.is_far_apart;
+  });
 }
 
 std::optional<AgreementJob> SensorAgreement::TakeJob() {
@@ -150,13 +192,11 @@ void SensorAgreement::Take(const AgreementResult& result) {
     const auto beside = sensors_.find(other.sensor);
     if (beside == sensors_.end() || !is_current(beside->second, other)) continue;
     const ViewAlignment& alignment = result.alignments[i];
-    // Things would be moved back and forth between two places if they were farther apart than the
-    // world takes for noise, also if the poses are known no better.
-    const bool is_contradiction = perception::Contradicts(alignment, *result.subject, other) ||
-                                  IsFarApart(alignment, *result.subject, other);
-    pairs_[{name, other.sensor}] = {alignment, is_contradiction};
+    const bool is_contradiction = perception::Contradicts(alignment, *result.subject, other);
+    const bool is_far_apart = is_contradiction || IsFarApart(alignment, *result.subject, other);
+    pairs_[{name, other.sensor}] = {alignment, is_far_apart, is_contradiction};
     pairs_[{other.sensor, name}] = {perception::Reversed(alignment, *result.subject, other),
-                                    is_contradiction};
+                                    is_far_apart, is_contradiction};
   }
   if (found->second.standing == Standing::kWaits) found->second.standing = Standing::kTrusted;
   Judge();
@@ -195,20 +235,54 @@ void SensorAgreement::Judge() {
   for (auto& [name, sensor] : sensors_) {
     if (sensor.view == nullptr) continue;
     sensor.standing = left_out.contains(name) ? Standing::kContradicts : Standing::kTrusted;
+    if (left_out.contains(name)) sensor.X_WC_used.reset();
+  }
+  PlaceTrusted();
+}
+
+// One after the other, in the order in which they came.
+void SensorAgreement::PlaceTrusted() {
+  std::vector<std::pair<const std::string, Sensor>*> trusted;
+  for (auto& named : sensors_) {
+    const Sensor& sensor = named.second;
+    if (sensor.view != nullptr && sensor.standing == Standing::kTrusted) trusted.push_back(&named);
+  }
+  std::ranges::sort(trusted, {}, [](const auto* named) { return named->second.order; });
+  for (auto* const named : trusted) Place(named->first, named->second);
+}
+
+// Another pose makes a sensor learn anew what it sees: a pose that still agrees stays.
+void SensorAgreement::Place(const std::string& name, Sensor& sensor) {
+  std::vector<ViewAlignment> alignments;
+  for (const auto& [names, pair] : pairs_) {
+    if (names.first != name || pair.is_contradiction) continue;
+    const Sensor& other = sensors_.at(names.second);
+    if (!other.X_WC_used || (sensor.X_WC_used && other.used_order > sensor.used_order)) continue;
+    const Pose X_WW = *other.X_WC_used * other.header.X_WC.inverse();
+    alignments.push_back(perception::WithOtherMoved(pair.alignment, sensor.header, X_WW));
+  }
+  const Pose X_WC = alignments.empty() ? sensor.header.X_WC
+                                       : perception::MostLikelyPose(sensor.header, alignments);
+  if (!sensor.X_WC_used) {
+    sensor.used_order = ++last_used_order_;
+    sensor.X_WC_used = X_WC;
+  } else if (IsFarFrom(*sensor.X_WC_used, X_WC)) {
+    sensor.X_WC_used = X_WC;
   }
 }
 
 std::vector<std::string> SensorAgreement::ConflictsOf(const std::string& sensor) const {
   std::vector<std::pair<double, std::string>> found;
   for (const auto& [names, pair] : pairs_) {
-    if (names.first != sensor || !pair.is_contradiction) continue;
+    if (names.first != sensor || !pair.is_far_apart) continue;
     const double apart_m = pair.alignment.apart_m;
     found.emplace_back(
         -apart_m,
         pair.alignment.is_aligned
-            ? absl::StrFormat("what it and the sensor \"%s\" both see lies %.1f mm apart, "
-                              "more than the errors of their poses may be",
-                              names.second, 1e3 * apart_m)
+            ? absl::StrFormat("what it and the sensor \"%s\" both see lies %.1f mm apart, %s the "
+                              "errors of their poses",
+                              names.second, 1e3 * apart_m,
+                              pair.is_contradiction ? "more than" : "within")
             : absl::StrFormat("it sees surfaces in space that the sensor \"%s\" sees "
                               "through, by %.1f mm and more",
                               names.second, 1e3 * apart_m));

@@ -24,7 +24,8 @@ struct SensorComparison {
   std::unique_ptr<perception::SensorView> view = {};
   perception::DepthCamera camera = {};  // of the view
   RobotsInView robots = {};
-  std::optional<Pose> X_WC = {};                 // of the newest frame
+  std::optional<Pose> X_WC = {};                 // of the newest frame, as given
+  Pose X_WC_used = Pose::Identity();             // at which it was compared
   std::optional<perception::Stamp> newest = {};  // of the processed frames
   // When sightings were recorded last.
   std::optional<perception::Stamp> recorded = {};

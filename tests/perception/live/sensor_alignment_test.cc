@@ -98,6 +98,30 @@ double MissAtTable_m(const Pose& X_WC, const Pose& X_WC_true) {
   return (X_WC * (X_WC_true.inverse() * kMiddle) - kMiddle).norm();
 }
 
+// They share the table and the tops of things, which determine no shift along it.
+TEST(SensorAlignmentTest, CamerasThatLookAtEachOtherAgreeAtTheirPoses) {
+  for (const auto& [sensor, other] : {std::pair{1, 2}, std::pair{2, 1}}) {
+    const MeanView& view = TableViews()[static_cast<std::size_t>(sensor)];
+    const ViewAlignment alignment = AlignViews(view, TableViews()[static_cast<std::size_t>(other)]);
+    EXPECT_TRUE(alignment.is_aligned);
+    EXPECT_LT(alignment.contradicting, 0.05);
+    EXPECT_LT(alignment.apart_m, 0.004);
+  }
+}
+
+TEST(SensorAlignmentTest, TheMostLikelyPoseWeighsTheGivenOne) {
+  MeanView wrong = TableViews()[1];
+  const Pose X_WC_true = wrong.X_WC;
+  wrong.X_WC = Moved(wrong.X_WC, 0.3 * kWrong);
+  const ViewAlignment alignments[] = {AlignViews(wrong, TableViews()[0])};
+  EXPECT_GT(MissAtTable_m(wrong.X_WC, X_WC_true), 0.008);
+  EXPECT_LT(MissAtTable_m(MostLikelyPose(wrong, alignments), X_WC_true), 0.005);
+  EXPECT_EQ(MostLikelyPose(wrong, {}).matrix(), wrong.X_WC.matrix());
+  // A pose that is known to a tenth of a millimetre stays.
+  wrong.pose_sigma_m = wrong.pose_sigma_rad = 1e-4;
+  EXPECT_LT(MissAtTable_m(MostLikelyPose(wrong, alignments), wrong.X_WC), 0.001);
+}
+
 TEST(SensorAlignmentTest, FindsAPoseThatIsWrongByThreeCentimetresAndTwoDegrees) {
   MeanView wrong = TableViews()[1];
   wrong.X_WC = Moved(wrong.X_WC, kWrong);

@@ -4,65 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <deque>
-#include <numbers>
 #include <random>
 
 #include "perception/interpret_scene.h"
-#include "perception/simulation/furniture.h"
-#include "perception/simulation/look_at.h"
-#include "perception/simulation/sequence_renderer.h"
 #include "server/core/live/live_world.h"
+#include "tests/server/core/live/cameras_at_a_table.h"
 
 namespace cwm::server {
 namespace {
 
 using perception::SequenceScript;
-
-constexpr double kTop_m = 0.75;
-const Vector3 kMiddle(0.7, 0, kTop_m);
-constexpr int kThings = 12;
-
-// Cartons and cans on a table, before cameras of a quarter of a Kinect's pixels.
-SequenceScript Table() {
-  SequenceScript script;
-  script.duration_s = 12;
-  script.start_stamp_s = 1'700'000'000;
-  script.scene.objects = {perception::MakeTop(
-      "table", {.area_W = {Vector2(-0.2, -1.2), Vector2(1.8, 1.2)}, .top_m = kTop_m})};
-  for (int i = 0; i < kThings; ++i) {
-    const int row = i / 4, column = i % 4;
-    const double height_m = 0.08 + 0.01 * (i % 5);
-    const Shape carton = Box{.size_m = {0.09, 0.06, height_m}};
-    const Shape can = Cylinder{.radius_m = 0.04, .length_m = height_m};
-    const Quaternion yaw(Eigen::AngleAxisd(0.7 * i, Vector3::UnitZ()));
-    script.scene.objects.push_back(
-        {.name = "thing_" + std::to_string(i),
-         .parts = {{.X_FS = MakeTranslation(0, 0, 0.5 * height_m),
-                    .shape = i % 2 == 0 ? carton : can}},
-         .X_WO = MakePose(Vector3(0.5 + 0.2 * row, -0.3 + 0.2 * column, kTop_m), yaw)});
-  }
-  const Vector3 eyes[] = {{0.15, 0, 1.55}, {0.5, -0.7, 1.5}, {0.5, 0.7, 1.5}};
-  for (const Vector3& eye : eyes) {
-    perception::SequenceSensor sensor;
-    sensor.name = "camera_" + std::to_string(script.sensors.size() + 1);
-    sensor.camera.width = 320;
-    sensor.camera.height = 240;
-    sensor.camera.focal_px /= 2;
-    sensor.camera.center_x_px = 159.5;
-    sensor.camera.center_y_px = 119.5;
-    sensor.mount = perception::LookAt(eye, kMiddle);
-    sensor.device_seed = 100 + script.sensors.size();
-    script.sensors.push_back(sensor);
-  }
-  return script;
-}
-
-Pose Wrong(Pose X_WC, double shift_m, double turn_deg) {
-  X_WC.translation() += shift_m * Vector3(2, -1, 1).normalized();
-  const Eigen::AngleAxisd turn(turn_deg * std::numbers::pi / 180, Vector3(1, 2, -2).normalized());
-  X_WC.linear() = turn.toRotationMatrix() * X_WC.linear();
-  return X_WC;
-}
 
 // A world that several sensors stream into in turn. What runs beside the frames is done between
 // them.
@@ -160,7 +111,7 @@ class Sensors {
   }
 
   const int max_threads_;
-  const perception::SequenceRenderer renderer_{Table()};
+  const perception::SequenceRenderer renderer_{CamerasAtATable()};
   std::deque<std::function<void()>> beside_;
   const std::shared_ptr<World> world_ = std::make_shared<World>("w", "uid", Retention{});
   const std::shared_ptr<LiveWorld> live_ =
@@ -261,13 +212,55 @@ TEST_F(SensorsTest, TheEstimateBringsAWrongSensorBack) {
   ExpectNothingChanges(40);
 }
 
-TEST_F(SensorsTest, AnErrorWithinTheMarginsMovesNothingBackAndForth) {
+TEST_F(SensorsTest, ASensorIsUsedWhereItAgreesWithTheOnesBefore) {
   Open(0, TruePose(0));
   Process({0}, 20);
-  Open(1, Wrong(TruePose(1), 0.008, 0.4));
+  const Pose X_WC_given = Wrong(TruePose(1), 0.012, 0.6);
+  Open(1, X_WC_given);
   Skip(1, 20);
   Process({0, 1}, 40);
   ExpectNothingChanges(100);
+  const FrameOutcome outcome = Process(1);
+  const Vector3 p_W(0.7, 0, kTableTop_m);
+  const Vector3 p_C = TruePose(1).inverse() * p_W;
+  EXPECT_GT((X_WC_given * p_C - p_W).norm(), 0.01);
+  EXPECT_LT((outcome.X_WC * p_C - p_W).norm(), 0.006);
+  // It is told, and the given pose stays what it was.
+  EXPECT_EQ(outcome.fate, FrameFate::kProcessed);
+  EXPECT_EQ(outcome.reason, "CALIBRATION_CONFLICT");
+  EXPECT_THAT(outcome.message,
+              testing::AllOf(testing::HasSubstr("\"camera_1\""), testing::HasSubstr(" mm apart")));
+  EXPECT_EQ(StatusOf(1).X_WC.matrix(), X_WC_given.matrix());
+  EXPECT_EQ(Process(0).X_WC.matrix(), TruePose(0).matrix());
+}
+
+TEST_F(SensorsTest, AnotherPoseOfTheFirstSensorMovesWhatAllOfThemSee) {
+  Open(0, Wrong(TruePose(0), 0.012, 0.6));
+  Process({0}, 20);
+  for (const std::size_t s : {1, 2}) {
+    Open(s, TruePose(s));
+    Skip(s, 20);
+  }
+  Process({0, 1, 2}, 40);
+  const auto worst_m = [this] {
+    double worst = 0;
+    for (const auto& object : world_->Snapshot()->objects()) {
+      double nearest_m = 1;
+      for (int i = 0; i < kThings; ++i) {
+        const Aabb bounds = BoundsInWorld(script().scene.objects[static_cast<std::size_t>(i) + 1]);
+        nearest_m = std::min(nearest_m, (object->bounds_W.center() - bounds.center()).norm());
+      }
+      if (object->kind == collision::ObjectKind::kObject) worst = std::max(worst, nearest_m);
+    }
+    return worst;
+  };
+  EXPECT_GT(worst_m(), 0.01);
+  ASSERT_TRUE(live_->SetSensorPose("camera_1", TruePose(0)).ok());
+  Process({0, 1, 2}, 100);
+  EXPECT_LT(worst_m(), 0.01);
+  const Census census = Count();
+  EXPECT_EQ(census.things, kThings);
+  EXPECT_EQ(census.doubles, 0);
 }
 
 TEST_F(SensorsTest, ShapesAtRestAreFittedToWhatAllSensorsSee) {
@@ -295,6 +288,7 @@ TEST_F(SensorsTest, ShapesAtRestAreFittedToWhatAllSensorsSee) {
   const Census census = Count();
   EXPECT_EQ(census.things, kThings);
   EXPECT_EQ(census.doubles, 0);
+  for (const std::size_t s : {0, 1, 2}) EXPECT_THAT(StatusOf(s).conflicts, testing::IsEmpty());
   // Once is enough.
   Process({0, 1, 2}, 60);
   EXPECT_THAT(TakeChanges().replaced, testing::IsEmpty());
