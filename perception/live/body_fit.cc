@@ -24,6 +24,8 @@ constexpr double kMinScore = 0.6;
 constexpr double kScoreNoise = 0.05;
 // chosen: a region of a body may also have parts of what holds it.
 constexpr double kRegionOfBody = 1.3;
+// chosen: less of it, by length, could be a part of anything.
+constexpr double kMinRegionOfBody = 0.5;
 // chosen: points of one body are a few pixels apart, so that this many say as much as one.
 constexpr double kPointsPerSample = 4;
 // derived: what an acceleration of 2 m/s^2 adds within a thirtieth of a second, and the error of
@@ -206,7 +208,8 @@ std::optional<Pose> FindInRegions(const FrameEvidence& frame, const BodySurface&
       bounds_L.extend(p);
       sum_L += p.cast<double>();
     }
-    if (bounds_L.diagonal().norm() > kRegionOfBody * diagonal_m) continue;
+    const double size = bounds_L.diagonal().norm() / diagonal_m;
+    if (size < kMinRegionOfBody || size > kRegionOfBody) continue;
     const Vector3 shift_W = sum_L / static_cast<double>(region.points_L.size()) - middle_L;
     // Without a shift it was looked for already.
     if (shift_W.norm() < kAlignmentReach_m / 2) continue;

@@ -317,7 +317,6 @@ std::optional<Pose> TrackedBody::Rest() {
 // The motion goes on or ends. Returns the pose to publish.
 std::optional<Pose> TrackedBody::Follow(Stamp stamp, const Pose& X_WB,
                                         const std::optional<Pose>& fit) {
-  // Without a fit all of it that is seen agrees with its pose.
   poses_.push_back({stamp, fit.value_or(X_WB)});
   while (poses_.size() > 2 && stamp - poses_[1].stamp >= kSpeedWindow) poses_.pop_front();
   const bool knows_speed = stamp - poses_.front().stamp >= kSettling / 2;
@@ -360,13 +359,20 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
                                     ? evidence.farther >= least_px && HasEntered(frame, body.id)
                                     : evidence.IsSeenThrough() || is_nearer;
   const bool is_displaced = evidence.is_hot && may_be_displaced;
+  const bool is_seen_through =
+      evidence.passed > evidence.shown ||
+      (frame.is_moving ? evidence.farther : evidence.beyond) > evidence.consistent;
   if (follows_poses && (rests() ? is_displaced : leads)) {
-    const double within_m = FitGate_m(frame, body.X_WB);
-    fit = FitPose(frame, OwnPoints(evidence, supports, within_m), *surface_, body.X_WB,
-                  Predicted(frame.stamp, body.X_WB), rests() ? FitFor::kStart : FitFor::kGoOn);
-    const bool is_seen_through =
-        evidence.passed > evidence.shown ||
-        (frame.is_moving ? evidence.farther : evidence.beyond) > evidence.consistent;
+    const std::vector<Eigen::Vector3f> points_L =
+        OwnPoints(evidence, supports, FitGate_m(frame, body.X_WB));
+    const Pose X_WB_guess = Predicted(frame.stamp, body.X_WB);
+    if (!rests()) {
+      fit = FitPose(frame, points_L, *surface_, body.X_WB, X_WB_guess, FitFor::kGoOn);
+    }
+    // It moved otherwise than predicted, or begins to move.
+    if (!fit && (rests() || is_seen_through)) {
+      fit = FitPose(frame, points_L, *surface_, body.X_WB, X_WB_guess, FitFor::kStart);
+    }
     if (!fit && is_seen_through) fit = FindInRegions(frame, *surface_, body.X_WB);
   }
   if (fit && frame.is_moving && rests() && !ExplainsEntered(frame, body, surface_, *fit)) {
@@ -375,7 +381,9 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
   if (fit) last_fit_ = frame.stamp;
   Outcome outcome;
   if (!rests()) {
-    if (leads && sensor.visibility == Visibility::kVisible) {
+    // Without a fit all of it that is seen agrees with its pose, or it is lost.
+    const bool is_followed = fit.has_value() || !is_seen_through;
+    if (leads && is_followed && sensor.visibility == Visibility::kVisible) {
       outcome.X_WB = Follow(frame.stamp, body.X_WB, fit);
     }
   } else if (fit && !leads) {

@@ -19,6 +19,8 @@ constexpr std::chrono::seconds kRetryTime{3};
 // reaches into the view, such as an arm; beside what has just moved may be what moved it. They are
 // interpreted when the gripper or the arm is away, or does not go for so long.
 constexpr double kMinRestOfCut_s = 3;
+// derived: the region of a thing that moved is asked for within this time.
+constexpr double kMovedTime_s = 2 * kMinRestOfCut_s;
 // chosen: fewer pixels of robots beside a region, as a share of its own, cut nothing off.
 constexpr double kCutShare = 0.1;
 // derived: the points of a region reach one block beyond its own.
@@ -87,13 +89,15 @@ bool IsCut(const FrameEvidence& frame, const HotRegion& region) {
 }
 
 // The bodies at a region that may be others than they were. What has come is no part of a thing that
-// still looks as before, however near it is. What something else hid may be.
+// still looks as before, however near it is. What something else hid may be, and a thing that moved
+// may show another side.
 std::vector<BodyId> ChangedBodies(const FrameEvidence& frame, const HotRegion& region,
-                                  std::span<const KnownBody> bodies) {
+                                  std::span<const KnownBody> bodies,
+                                  const std::map<BodyId, Stamp>& moved) {
   std::vector<BodyId> changed = region.bodies;
   if (region.entered < kMainShare * (region.nearer + region.farther)) return changed;
   for (const KnownBody& body : bodies) {
-    if (body.kind == KnownBody::Kind::kSupport) continue;
+    if (body.kind == KnownBody::Kind::kSupport || moved.contains(body.id)) continue;
     const auto evidence = std::ranges::lower_bound(frame.bodies, body.id, {}, &BodyEvidence::id);
     if (evidence == frame.bodies.end() || evidence->id != body.id) continue;
     const bool is_shown = evidence->consistent >= kMinSignificantShare * evidence->expected;
@@ -202,7 +206,8 @@ std::vector<RegionRequest> TrackedRegions::RequestRested(const FrameEvidence& fr
         })) {
       continue;
     }
-    RegionRequest request{.blocks = region.blocks, .bodies = ChangedBodies(frame, region, bodies)};
+    RegionRequest request{.blocks = region.blocks,
+                          .bodies = ChangedBodies(frame, region, bodies, moved_)};
     request.number = Ask(frame, region.blocks, false);
     requests.push_back(std::move(request));
   }
@@ -213,7 +218,7 @@ void TrackedRegions::KeepMoved(const FrameEvidence& frame, const IsMoving& is_mo
   for (const BodyEvidence& body : frame.bodies) {
     if (is_moving(body.id)) moved_[body.id] = frame.stamp;
   }
-  std::erase_if(moved_, [since = Before(frame.stamp, kMinRestOfCut_s)](const auto& moved) {
+  std::erase_if(moved_, [since = Before(frame.stamp, kMovedTime_s)](const auto& moved) {
     return moved.second < since;
   });
 }

@@ -253,6 +253,41 @@ TEST(LiveWorldTest, AThingThatSlidesKeepsItsNameAndEndsWhereItIs) {
   EXPECT_NEAR((moved - shift).norm(), 0, kTolerance_m) << moved.transpose();
 }
 
+TEST(LiveWorldTest, AThingThatMovesFarFromFrameToFrameIsFollowed) {
+  // Up to 50 mm from one frame of a slow sensor to the next, from rest and back to it.
+  SequenceScript script = Kitchen(5);
+  script.sensors[0].rate_hz = 10;
+  const std::size_t tea = ObjectNamed(script, "tea");
+  const Aabb before_W = BoundsInWorld(script.scene.objects[tea]);
+  Pose X_WO = script.scene.objects[tea].X_WO;
+  const std::vector<Vector3> steps = {{0, 0.015, 0.02}, {0, 0.03, 0.03},  {0, 0.05, 0},
+                                      {0, 0.05, 0},     {0, 0.02, -0.03}, {0, 0.01, -0.02}};
+  double time_s = 2;
+  for (const Vector3& step : steps) {
+    X_WO.translation() += step;
+    script.events.push_back({.object = tea,
+                             .begin_s = time_s,
+                             .end_s = time_s + 0.1,
+                             .what = perception::MoveEvent{X_WO}});
+    time_s += 0.1;
+  }
+  LiveRun run(script);
+  for (int k = 0; k < 18; ++k) run.Process(k);
+  const collision::WorldObjectPtr before = run.ObjectAt(before_W.center());
+  ASSERT_NE(before, nullptr);
+  for (int k = 18; k < 48; ++k) {
+    const FrameOutcome outcome = run.Process(k);
+    EXPECT_TRUE(outcome.changes.removed.empty()) << "frame " << k;
+    EXPECT_TRUE(outcome.changes.added.empty()) << "frame " << k;
+  }
+  const Vector3 shift(0, 0.175, 0);
+  const collision::WorldObjectPtr after = run.ObjectAt(before_W.center() + shift);
+  ASSERT_NE(after, nullptr);
+  EXPECT_EQ(after->name, before->name);
+  const Vector3 moved = after->bounds_W.center() - before->bounds_W.center();
+  EXPECT_NEAR((moved - shift).norm(), 0, 0.008) << moved.transpose();
+}
+
 TEST(LiveWorldTest, AThingThatLeftWhileItWasInterpretedIsNotAdded) {
   SequenceScript script = Kitchen(4);
   const std::size_t tea = ObjectNamed(script, "tea");
