@@ -1,39 +1,12 @@
 // The pose of a sensor by the surfaces at rest that another sensor sees too.
 #pragma once
 
-#include <memory>
 #include <optional>
 #include <span>
-#include <string>
-#include <vector>
 
-#include "perception/live/frame_evidence.h"
+#include "perception/live/mean_view.h"
 
 namespace cwm::perception {
-
-// A frame of a sensor that stands still, with the classes of its pixels.
-struct StillFrame {
-  std::shared_ptr<const DepthImage> image = {};
-  std::shared_ptr<const FrameClasses> classes = {};
-};
-
-// What a sensor that stands still measures of what is at rest.
-struct MeanView {
-  std::string sensor = {};
-  Pose X_WC = Pose::Identity();
-  DepthCamera camera = {};
-  SensorNoise noise = {};
-  // Standard deviations of the given pose, for each component.
-  double pose_sigma_m = 0.005;
-  double pose_sigma_rad = 0.005;
-  // The mean of some frames, row-major; 0: no return, not at rest, or of a robot.
-  std::vector<float> depth_m = {};
-};
-
-// The mean depth of pixels that have a return in all frames, that no frame gives to a robot, and
-// that are as deep in the last frames as in the first ones, within noise. At least two frames.
-std::vector<float> MeanAtRest(std::span<const StillFrame> frames, const DepthCamera& camera,
-                              const SensorNoise& noise);
 
 // How the view of a sensor lies to that of another one. A twist is (translation in m, rotation in
 // rad) of the sensor about its own origin, in the world's axes.

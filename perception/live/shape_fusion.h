@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "perception/cloud/point_cloud.h"
-#include "perception/live/sensor_alignment.h"
+#include "perception/live/mean_view.h"
 #include "perception/scene_interpretation.h"
 
 namespace cwm::perception {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "perception/live/pixel_rays.h"
-#include "perception/live/sensor_alignment.h"
+#include "perception/live/mean_view.h"
 
 namespace cwm::perception {
 

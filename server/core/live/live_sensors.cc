@@ -1,4 +1,4 @@
-// LiveWorld: what it tells about its sensors, and whether they agree.
+// LiveWorld: what it tells and forgets of its sensors, and whether they agree.
 #include <algorithm>
 #include <utility>
 
@@ -130,6 +130,27 @@ void LiveWorld::ForgetAgreement(const std::string& sensor) {
   const std::lock_guard sequence(sequencer_);
   agreement_.Forget(sensor);
   fusion_.Forget(sensor);
+}
+
+void LiveWorld::ForgetMovers(SensorSession& session) {
+  const std::string sensor = session.calibration().sensor;
+  const std::lock_guard sequence(sequencer_);
+  const std::vector<perception::TrackChange> changes = tracker_.ForgetSensor(sensor);
+  session.set_tracked(false);
+  if (changes.empty()) return;
+  const auto table = numbers_.TableOf(world_->Tip());
+  // Fails only if the world was deleted, or if its disk is full: a later sensor or the next start
+  // takes them away then.
+  Publish(changes, sensor, table, {}).status().IgnoreError();
+}
+
+void LiveWorld::ClearFacts() {
+  const std::lock_guard sequence(sequencer_);
+  if (!std::exchange(has_facts_, false)) return;
+  const SnapshotPtr snapshot = world_->Snapshot();
+  for (const collision::WorldObjectPtr& object : snapshot->objects()) {
+    world_->observations().SetFacts(object->name, std::nullopt, *snapshot);
+  }
 }
 
 void LiveWorld::NoteShapes(const Evidence& evidence,

@@ -475,27 +475,6 @@ bool LiveWorld::ForgetGone(Clock::time_point now) {
   return is_freed;
 }
 
-void LiveWorld::ForgetMovers(SensorSession& session) {
-  const std::string sensor = session.calibration().sensor;
-  const std::lock_guard sequence(sequencer_);
-  const std::vector<perception::TrackChange> changes = tracker_.ForgetSensor(sensor);
-  session.set_tracked(false);
-  if (changes.empty()) return;
-  const auto table = numbers_.TableOf(world_->Tip());
-  // Fails only if the world was deleted, or if its disk is full: a later sensor or the next start
-  // takes them away then.
-  Publish(changes, sensor, table, {}).status().IgnoreError();
-}
-
-void LiveWorld::ClearFacts() {
-  const std::lock_guard sequence(sequencer_);
-  if (!std::exchange(has_facts_, false)) return;
-  const SnapshotPtr snapshot = world_->Snapshot();
-  for (const collision::WorldObjectPtr& object : snapshot->objects()) {
-    world_->observations().SetFacts(object->name, std::nullopt, *snapshot);
-  }
-}
-
 void LiveWorld::End(const absl::Status& reason) {
   {
     const std::lock_guard lock(sensors_mutex_);
