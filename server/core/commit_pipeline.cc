@@ -23,9 +23,10 @@ std::size_t CommitPipeline::size() const {
   return queue_.size();
 }
 
+// The writer is answered first: a thread that is woken takes the core of the one that wakes it.
 void CommitPipeline::AfterTurn::Finish() const {
-  post_commit.Finish();
   if (answered != nullptr && answered->done) answered->done(std::move(answered->outcome));
+  post_commit.Finish();
 }
 
 CommitPipeline::AfterTurn CommitPipeline::Push(PendingWritePtr write,
@@ -62,11 +63,11 @@ void CommitPipeline::OnJournaled(const PendingWritePtr& write) {
     // derived: readers of the tip then read the published snapshot, which the last entry made.
     if (queue_.empty()) tip_ = nullptr;
   }
-  post_commit.Finish();
   FailPoint("after-publish");
   for (const PendingWritePtr& each : answered) {
     if (each->done) each->done(std::move(each->outcome));
   }
+  post_commit.Finish();
 }
 
 // Nothing of the entry was written, and every later write of this world builds on it: all of them
