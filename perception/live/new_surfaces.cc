@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "perception/cloud/tolerances.h"
 #include "perception/live/pixel_rays.h"
 #include "perception/live/world_cell.h"
 #include "perception/track/model_surface.h"
@@ -132,8 +133,9 @@ void AddParts(const HybridModel& from, const Pose& X_OF, HybridModel& to) {
 
 class Finder {
  public:
-  Finder(const FrameEvidence& frame, std::span<const KnownBody> bodies, SceneInterpretation& scene)
-      : frame_(frame), scene_(scene) {
+  Finder(const FrameEvidence& frame, std::span<const KnownBody> bodies,
+         std::span<const Aabb> ways_W, SceneInterpretation& scene)
+      : frame_(frame), ways_W_(ways_W), scene_(scene) {
     for (const KnownBody& body : bodies) {
       if (body.kind == KnownBody::Kind::kMover) continue;
       known_.push_back({.body = &body,
@@ -151,11 +153,18 @@ class Finder {
       DetectedObject& object = scene_.objects[i];
       const Detected detected = Describe(object);
       if (IsKnown(detected)) continue;
+      if (IsOnWay(detected)) {
+        Leave(object);
+        continue;
+      }
       if (object.kind == DetectedKind::kResidual) {
         if (!GrowByResidual(detected, object)) residuals.push_back(std::move(object));
         continue;
       }
-      if (IsCut(object)) continue;
+      if (IsCut(object)) {
+        Leave(object);
+        continue;
+      }
       places[i] = static_cast<int>(kept.size());
       kept.push_back(std::move(object));
     }
@@ -259,12 +268,35 @@ class Finder {
     return known != nullptr;
   }
 
-  // True if the border of the view cuts the object: then its blocks are left.
-  bool IsCut(const DetectedObject& object) {
-    const Pinhole& pinhole = frame_.camera.pinhole;
-    const int columns = frame_.classes->block_columns;
-    std::vector<std::int32_t> blocks;
+  bool IsOnWay(const Detected& detected) const {
+    return std::ranges::any_of(ways_W_, [&](const Aabb& way_W) {
+      const auto within = std::ranges::count_if(
+          detected.points_W, [&](const Vector3& p_W) { return way_W.contains(p_W); });
+      return static_cast<double>(within) >=
+             kMajority * static_cast<double>(detected.points_W.size());
+    });
+  }
+
+  // True if the border of the view cuts the object.
+  bool IsCut(const DetectedObject& object) const {
     bool is_cut = false;
+    ForPixels(object, [&](int u, int v) {
+      is_cut |= u < kBorder_px || v < kBorder_px || u >= frame_.camera.width - kBorder_px ||
+                v >= frame_.camera.height - kBorder_px;
+    });
+    return is_cut;
+  }
+
+  // Leaves the object to a later frame.
+  void Leave(const DetectedObject& object) {
+    ForPixels(object, [&](int u, int v) {
+      result_.cut_blocks.push_back(v / kBlock_px * frame_.classes->block_columns + u / kBlock_px);
+    });
+  }
+
+  template <typename Visit>
+  void ForPixels(const DetectedObject& object, const Visit& visit) const {
+    const Pinhole& pinhole = frame_.camera.pinhole;
     for (const Eigen::Vector3f& p_L : object.points_L) {
       const Vector3 p_C = frame_.X_WC.linear().transpose() * p_L.cast<double>();
       const auto u = static_cast<int>(
@@ -272,14 +304,8 @@ class Finder {
       const auto v = static_cast<int>(
           std::lround(pinhole.focal_v_px * p_C.y() / p_C.z() + pinhole.center_v_px));
       if (u < 0 || v < 0 || u >= frame_.camera.width || v >= frame_.camera.height) continue;
-      is_cut |= u < kBorder_px || v < kBorder_px || u >= frame_.camera.width - kBorder_px ||
-                v >= frame_.camera.height - kBorder_px;
-      blocks.push_back(v / kBlock_px * columns + u / kBlock_px);
+      visit(u, v);
     }
-    if (is_cut) {
-      result_.cut_blocks.insert(result_.cut_blocks.end(), blocks.begin(), blocks.end());
-    }
-    return is_cut;
   }
 
   // Joins residuals to what they touch, the largest first.
@@ -321,6 +347,7 @@ class Finder {
   }
 
   const FrameEvidence& frame_;
+  const std::span<const Aabb> ways_W_;
   SceneInterpretation& scene_;
   std::vector<Known> known_;
   std::map<BodyId, GrownBody> grown_;
@@ -330,8 +357,8 @@ class Finder {
 }  // namespace
 
 NewSurfaces FindNewSurfaces(const FrameEvidence& frame, std::span<const KnownBody> bodies,
-                            SceneInterpretation& scene) {
-  return Finder(frame, bodies, scene).Find();
+                            std::span<const Aabb> ways_W, SceneInterpretation& scene) {
+  return Finder(frame, bodies, ways_W, scene).Find();
 }
 
 }  // namespace cwm::perception

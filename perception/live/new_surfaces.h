@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "collision/geometry/aabb.h"
 #include "perception/live/frame_evidence.h"
 #include "perception/scene_interpretation.h"
 
@@ -21,7 +22,7 @@ struct GrownBody {
 
 struct NewSurfaces {
   std::vector<GrownBody> grown = {};
-  // Blocks of the view with objects that its border cuts: they are left to a later frame.
+  // Blocks of the view with objects that are left to a later frame.
   std::vector<std::int32_t> cut_blocks = {};
 };
 
@@ -31,8 +32,10 @@ struct NewSurfaces {
 //   * A support or a plane that continues a known one, coplanar and beside it, is a part of that.
 //   * Residuals that touch each other are one, planes only with planes that they continue.
 //   * An object that the border of the view cuts is seen whole later.
-// The bodies are those of the frame. The supports of the scene stay, its labels are dropped.
+//   * An object on the way of a body that moved since the frame may be that body.
+// The bodies are those of the frame; `ways_W` hold those that moved since, at both places. The
+// supports of the scene stay, its labels are dropped.
 NewSurfaces FindNewSurfaces(const FrameEvidence& frame, std::span<const KnownBody> bodies,
-                            SceneInterpretation& scene);
+                            std::span<const Aabb> ways_W, SceneInterpretation& scene);
 
 }  // namespace cwm::perception

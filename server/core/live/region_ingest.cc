@@ -320,6 +320,17 @@ perception::InterpretOptions OptionsOf(const RegionJob& job) {
   return options;
 }
 
+// The boxes of the followed bodies that have moved since, about both of their places.
+std::vector<Aabb> WaysSince(const BodyTable& bodies, const collision::WorldSnapshot& now) {
+  std::vector<Aabb> ways_W;
+  for (const perception::KnownBody& body : bodies.bodies) {
+    const WorldObjectPtr object = body.IsFollowed() ? now.Find(body.name) : nullptr;
+    if (object == nullptr || object->X_WO.matrix() == body.X_WB.matrix()) continue;
+    ways_W.push_back(TightBounds(*body.model, body.X_WB).merged(object->bounds_W));
+  }
+  return ways_W;
+}
+
 absl::StatusOr<RegionOutcome> IngestView(World& world, const RegionJob& job,
                                          perception::PointCloud cloud, const Interpreter& interpret,
                                          std::stop_token stop) {
@@ -365,7 +376,8 @@ absl::StatusOr<RegionOutcome> IngestRegion(World& world, const RegionJob& job,
   if (stop.stop_requested()) return absl::CancelledError("live: the sensor's stream ended");
   perception::NewSurfaces found;
   if (job.request.is_new_surface) {
-    found = perception::FindNewSurfaces(job.frame, job.bodies->bodies, *scene);
+    found = perception::FindNewSurfaces(job.frame, job.bodies->bodies,
+                                        WaysSince(*job.bodies, *world.Tip()), *scene);
   }
   return RegionRun(world, job, cloud, *std::move(scene), std::move(found), same_since,
                    std::move(stop))

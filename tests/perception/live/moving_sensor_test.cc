@@ -135,12 +135,40 @@ TEST(NewSurfaces, GrowAKnownSupportWhereItGoesOn) {
                                           .model = SupportAt(0).model}};
   SceneInterpretation scene;
   scene.supports = {SupportAt(0.4), SupportAt(0.03), SupportAt(3)};
-  const NewSurfaces found = FindNewSurfaces(frame, bodies, scene);
+  const NewSurfaces found = FindNewSurfaces(frame, bodies, {}, scene);
   ASSERT_EQ(found.grown.size(), 1U);
   EXPECT_EQ(found.grown[0].body, 4);
   EXPECT_EQ(found.grown[0].supports, std::vector<int>({0})) << "not its fringe, nor another table";
   ASSERT_EQ(found.grown[0].model->shapes.size(), 2U);
   EXPECT_NEAR(found.grown[0].model->shapes[1].X_OS.translation().x(), 0.4, 1e-12);
+}
+
+// The sensor is asked again about what it found where a body has passed since.
+TEST(NewSurfaces, LeaveWhatIsOnTheWayOfABodyThatMovedSince) {
+  FrameEvidence frame;
+  frame.camera = CameraOf(Halved({}));
+  frame.pose_sigma = kPoseSigma;
+  auto classes = std::make_shared<FrameClasses>();
+  classes->block_columns = (frame.camera.width + kBlock_px - 1) / kBlock_px;
+  frame.classes = std::move(classes);
+  auto model = std::make_shared<HybridModel>();
+  model->shapes.push_back({.shape = Box{.size_m = {0.06, 0.06, 0.06}}});
+  DetectedObject box{
+      .X_WO = MakeTranslation(0, 0, 1.03), .model = std::move(model), .points_L = {}};
+  for (int i = 0; i < 100; ++i) {
+    box.points_L.emplace_back(0.006F * static_cast<float>(i % 10 - 5),
+                              0.006F * static_cast<float>(i / 10 - 5), 1.0F);
+  }
+  const Aabb way_W(Vector3(-0.05, -0.05, 0.99), Vector3(0.2, 0.05, 1.1));
+  const Aabb beside_W(Vector3(0.1, -0.05, 0.99), Vector3(0.3, 0.05, 1.1));
+  for (const auto& [ways_W, is_left] :
+       {std::pair{std::vector{way_W}, true}, std::pair{std::vector{beside_W}, false}}) {
+    SceneInterpretation scene;
+    scene.objects = {box};
+    const NewSurfaces found = FindNewSurfaces(frame, {}, ways_W, scene);
+    EXPECT_EQ(scene.objects.empty(), is_left);
+    EXPECT_EQ(found.cut_blocks.empty(), !is_left);
+  }
 }
 
 }  // namespace
