@@ -212,6 +212,22 @@ TEST_F(SensorsTest, TheEstimateBringsAWrongSensorBack) {
   ExpectNothingChanges(40);
 }
 
+// Who waits for it before the next frame gets the same world from the same frames.
+TEST_F(SensorsTest, AnAnswerTellsThatSomethingRunsBesideTheFrames) {
+  runs_at_once_ = false;
+  for (const std::size_t s : {0, 1}) Open(s, TruePose(s));
+  int tasks = 0;
+  for (int k = 0; k < 80; ++k) {
+    for (const std::size_t s : {0, 1}) {
+      const bool is_told = Process(s).interpreting;
+      const bool runs = !beside_.empty();
+      EXPECT_TRUE(is_told || !runs) << "frame " << k << " of camera " << s + 1;
+      while (RunBeside()) ++tasks;
+    }
+  }
+  EXPECT_GE(tasks, 5) << "two views, a comparison of each, and a fusion";
+}
+
 TEST_F(SensorsTest, ASensorIsUsedWhereItAgreesWithTheOnesBefore) {
   Open(0, TruePose(0));
   Process({0}, 20);
