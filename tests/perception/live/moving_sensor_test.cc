@@ -155,9 +155,11 @@ TEST(NewSurfaces, LeaveWhatIsOnTheWayOfABodyThatMovedSince) {
   model->shapes.push_back({.shape = Box{.size_m = {0.06, 0.06, 0.06}}});
   DetectedObject box{
       .X_WO = MakeTranslation(0, 0, 1.03), .model = std::move(model), .points_L = {}};
-  for (int i = 0; i < 100; ++i) {
-    box.points_L.emplace_back(0.006F * static_cast<float>(i % 10 - 5),
-                              0.006F * static_cast<float>(i / 10 - 5), 1.0F);
+  for (int row = -5; row < 5; ++row) {
+    for (int column = -5; column < 5; ++column) {
+      box.points_L.emplace_back(0.006F * static_cast<float>(column),
+                                0.006F * static_cast<float>(row), 1.0F);
+    }
   }
   const Aabb way_W(Vector3(-0.05, -0.05, 0.99), Vector3(0.2, 0.05, 1.1));
   const Aabb beside_W(Vector3(0.1, -0.05, 0.99), Vector3(0.3, 0.05, 1.1));
