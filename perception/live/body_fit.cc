@@ -18,7 +18,7 @@ constexpr int kMinHits = 12;
 // chosen: the share of its points that the body must explain. Fingers beside it take the rest.
 constexpr double kMinExplained = 0.5;
 // measured: rays that pass a surface at its ragged outline are at most a fifth of those that see
-// it.
+// it. The score is this share of that at rest at least.
 constexpr double kMinScore = 0.6;
 // chosen: scores that differ by less are equal: some samples at the outline flicker.
 constexpr double kScoreNoise = 0.05;
@@ -135,7 +135,8 @@ std::vector<Eigen::Vector3f> OwnPoints(const BodyEvidence& evidence,
 
 std::optional<Pose> FitPose(const FrameEvidence& frame,
                             const std::vector<Eigen::Vector3f>& points_L, const BodySurface& body,
-                            const Pose& X_WB_old, const Pose& X_WB_guess, FitFor purpose) {
+                            double rest_score, const Pose& X_WB_old, const Pose& X_WB_guess,
+                            FitFor purpose) {
   if (points_L.size() < kTwoSamples) return std::nullopt;
   const double gate_m = FitGate_m(frame, X_WB_guess);
   const Pose X_LB_guess = InLevelFrame(frame, X_WB_guess);
@@ -154,7 +155,8 @@ std::optional<Pose> FitPose(const FrameEvidence& frame,
   Pose X_WB = X_LB;
   X_WB.translation() += frame.X_WC.translation();
   const PoseScore score = ScoreOf(frame, body, X_WB);
-  if (score.hit < kMinHits || score.value() < kMinScore) return std::nullopt;
+  const double least_score = kMinScore * std::clamp(rest_score, 0.0, 1.0);
+  if (score.hit < kMinHits || score.value() < least_score) return std::nullopt;
   const PoseScore old = ScoreOf(frame, body, X_WB_old);
   if (purpose == FitFor::kGoOn) {
     if (score.value() < old.value() - kScoreNoise) return std::nullopt;
@@ -196,7 +198,7 @@ std::vector<Eigen::Vector3f> SomeOf(const std::vector<Eigen::Vector3f>& points) 
 }  // namespace
 
 std::optional<Pose> FindInRegions(const FrameEvidence& frame, const BodySurface& body,
-                                  const Pose& X_WB_old) {
+                                  double rest_score, const Pose& X_WB_old) {
   const Pose X_LB_old = InLevelFrame(frame, X_WB_old);
   const Vector3 middle_L = VisibleMiddle_L(body, X_LB_old);
   const double diagonal_m = body.bounds_O().diagonal().norm();
@@ -215,8 +217,8 @@ std::optional<Pose> FindInRegions(const FrameEvidence& frame, const BodySurface&
     if (shift_W.norm() < kAlignmentReach_m / 2) continue;
     Pose X_WB_guess = X_WB_old;
     X_WB_guess.translation() += shift_W;
-    const auto found =
-        FitPose(frame, SomeOf(region.points_L), body, X_WB_old, X_WB_guess, FitFor::kStart);
+    const auto found = FitPose(frame, SomeOf(region.points_L), body, rest_score, X_WB_old,
+                               X_WB_guess, FitFor::kStart);
     if (found) return found;
   }
   return std::nullopt;

@@ -80,15 +80,17 @@ enum class FitFor {
 };
 
 // Aligns the body with its own points, from the guess. Empty if the frame does not confirm the
-// aligned pose: few points lie on it, or rays pass through it.
+// aligned pose: few points lie on it, or more rays pass through it than through the body at rest,
+// where its score was `rest_score`: rays pass through a model that is larger than the thing.
 std::optional<Pose> FitPose(const FrameEvidence& frame,
                             const std::vector<Eigen::Vector3f>& points_L, const BodySurface& body,
-                            const Pose& X_WB_old, const Pose& X_WB_guess, FitFor purpose);
+                            double rest_score, const Pose& X_WB_old, const Pose& X_WB_guess,
+                            FitFor purpose);
 
 // Looks for a body that is not where it was in the hot regions that are about as large as it is:
 // aligns it from the place at which the middle of its visible side is that of the region's points.
 // Empty if no region is the body.
 std::optional<Pose> FindInRegions(const FrameEvidence& frame, const BodySurface& body,
-                                  const Pose& X_WB_old);
+                                  double rest_score, const Pose& X_WB_old);
 
 }  // namespace cwm::perception

@@ -314,6 +314,18 @@ std::optional<Pose> TrackedBody::Rest() {
   return X_WB;
 }
 
+// Takes the score of the body once at each of its rests, while nothing differs.
+void TrackedBody::NoteRest(const FrameEvidence& frame, const BodyEvidence& evidence,
+                           const KnownBody& body) {
+  if (!rests()) knows_rest_ = false;
+  const bool is_seen = facts_.visibility == Visibility::kVisible && !frame.is_moving;
+  if (knows_rest_ || !rests() || evidence.is_hot || !is_seen) return;
+  const PoseScore score = ScoreOf(frame, *surface_, body.X_WB);
+  if (score.visible() == 0) return;
+  rest_score_ = score.value();
+  knows_rest_ = true;
+}
+
 // The motion goes on or ends. Returns the pose to publish.
 std::optional<Pose> TrackedBody::Follow(Stamp stamp, const Pose& X_WB,
                                         const std::optional<Pose>& fit) {
@@ -349,6 +361,7 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
   // At another pose its displacement at rest is learnt anew.
   if (sensor.X_WB.matrix() != body.X_WB.matrix()) sensor.shift.Reset();
   sensor.X_WB = body.X_WB;
+  NoteRest(frame, evidence, body);
   const bool follows_poses = body.kind == KnownBody::Kind::kObject;
   std::optional<Pose> fit;
   const double least_px = evidence.MinChanged_px();
@@ -367,13 +380,13 @@ TrackedBody::Outcome TrackedBody::Update(const FrameEvidence& frame, const BodyE
         OwnPoints(evidence, supports, FitGate_m(frame, body.X_WB));
     const Pose X_WB_guess = Predicted(frame.stamp, body.X_WB);
     if (!rests()) {
-      fit = FitPose(frame, points_L, *surface_, body.X_WB, X_WB_guess, FitFor::kGoOn);
+      fit = FitPose(frame, points_L, *surface_, rest_score_, body.X_WB, X_WB_guess, FitFor::kGoOn);
     }
     // It moved otherwise than predicted, or begins to move.
     if (!fit && (rests() || is_seen_through)) {
-      fit = FitPose(frame, points_L, *surface_, body.X_WB, X_WB_guess, FitFor::kStart);
+      fit = FitPose(frame, points_L, *surface_, rest_score_, body.X_WB, X_WB_guess, FitFor::kStart);
     }
-    if (!fit && is_seen_through) fit = FindInRegions(frame, *surface_, body.X_WB);
+    if (!fit && is_seen_through) fit = FindInRegions(frame, *surface_, rest_score_, body.X_WB);
   }
   if (fit && frame.is_moving && rests() && !ExplainsEntered(frame, body, surface_, *fit)) {
     fit.reset();
@@ -410,8 +423,8 @@ std::optional<Pose> TrackedBody::FitCarried(const FrameEvidence& frame,
                                             const BodyEvidence& evidence, const KnownBody& body,
                                             std::span<const PlacedSurface> supports) const {
   const double within_m = FitGate_m(frame, body.X_WB);
-  return FitPose(frame, OwnPoints(evidence, supports, within_m), *surface_, body.X_WB, body.X_WB,
-                 FitFor::kGoOn);
+  return FitPose(frame, OwnPoints(evidence, supports, within_m), *surface_, rest_score_, body.X_WB,
+                 body.X_WB, FitFor::kGoOn);
 }
 
 void TrackedBody::Carry(const FrameEvidence& frame, const BodyEvidence* evidence,

@@ -83,11 +83,14 @@ class TrackedBody {
   std::optional<Pose> Follow(Stamp stamp, const Pose& X_WB, const std::optional<Pose>& fit);
   std::optional<Pose> Rest();
   void JoinVisibility();
+  void NoteRest(const FrameEvidence& frame, const BodyEvidence& evidence, const KnownBody& body);
 
   TrackedFacts facts_ = {};
   std::map<std::string, SensorEvidence> sensors_;
   std::string leader_;  // a sensor
   std::shared_ptr<const BodySurface> surface_;
+  double rest_score_ = 1;          // see FitPose; as when it was last seen at rest
+  bool knows_rest_ = false;        // it was, at its present pose
   std::deque<StampedPose> poses_;  // of the last moments of a motion, oldest first
   Stamp settles_since_ = {};
   Stamp last_fit_ = {};  // of the newest frame that confirmed a pose of a motion

@@ -76,6 +76,13 @@ class TrackedSequence {
     return frames;
   }
 
+  // Another model than the true one, as interpreters make.
+  void SetModel(BodyId id, const HybridModel& model) {
+    for (KnownBody& body : bodies_) {
+      if (body.id == id) body.model = std::make_shared<const HybridModel>(model);
+    }
+  }
+
   const SequenceScript& script() const { return renderer_.script(); }
   const SequenceRenderer& renderer() const { return renderer_; }
   const Tracker& tracker() const { return tracker_; }

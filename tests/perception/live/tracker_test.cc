@@ -233,6 +233,31 @@ TEST(TrackerOnSequences, TellsJumpsAlongTheVisibleFaces) {
   }
 }
 
+// The model is longer than the box, so that rays pass through a fourth of it also at rest.
+TEST(TrackerOnSequences, FollowsAThingWhoseModelIsTooLarge) {
+  for (const double angle : {0.5, 2.5, 4.5}) {
+    SequenceScript script = Row(1);
+    const Vector3 shift_W = 0.06 * Vector3(std::cos(angle), std::sin(angle), 0);
+    script.events.push_back({.object = kSlidingBox,
+                             .begin_s = 2,
+                             .end_s = 2.2,
+                             .what = MoveEvent{Beside(script, kSlidingBox, shift_W)}});
+    TrackedSequence sequence(script);
+    HybridModel model;
+    model.shapes.push_back(
+        {.X_OS = MakeTranslation(0, -0.02, 0.04), .shape = Box{{0.06, 0.13, 0.08}}});
+    sequence.SetModel(kSlidingBox, model);
+    const std::vector<TrackedFrame> frames = sequence.Run();
+    EXPECT_EQ(CountOf(frames, Kind::kRemove), 0) << angle;
+    EXPECT_GE(FirstOf(frames, Kind::kMove, kSlidingBox), 60) << angle;
+    EXPECT_LE(FirstOf(frames, Kind::kMove, kSlidingBox), 63) << angle;
+    const Vector3 end_W = script.scene.objects[kSlidingBox].X_WO.translation() + shift_W;
+    ASSERT_NE(sequence.Find(kSlidingBox), nullptr);
+    // Within its excess nothing tells where in the model the box is.
+    EXPECT_LT((sequence.Find(kSlidingBox)->X_WB.translation() - end_W).norm(), 0.04) << angle;
+  }
+}
+
 // What moves in front changes which pixels show the cup. The shift that they have told until then
 // is not forgotten, and what is uncovered tells none.
 TEST(TrackerOnSequences, TellsAJumpWhileWhatHidesAPartMoves) {
