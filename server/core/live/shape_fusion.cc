@@ -164,7 +164,7 @@ void ShapeFusion::Add(const perception::FrameEvidence& frame,
 }
 
 bool ShapeFusion::IsDue(const Object& object, Stamp now, std::set<std::string>& sensors) const {
-  if (now - object.since < kRestTime) return false;
+  if (now - object.since < kRestTime - kCollectTime) return false;
   sensors.clear();
   for (const auto& [sensor, stamp] : object.seen) {
     if (now - stamp <= kSeenTime) sensors.insert(sensor);

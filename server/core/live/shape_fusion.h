@@ -42,6 +42,8 @@ class ShapeFusion {
   static constexpr std::size_t kFrames = 8;
   // chosen: what was put down is no longer touched.
   static constexpr auto kRestTime = std::chrono::seconds(1);
+  // derived: kFrames at 30 Hz; they are collected in the last part of the rest.
+  static constexpr auto kCollectTime = std::chrono::milliseconds(250);
   // chosen: what a sensor saw longer ago it may not see now.
   static constexpr auto kSeenTime = std::chrono::milliseconds(500);
 
