@@ -81,6 +81,7 @@ RegionNews NewsOf(const RegionJob& job, const perception::SceneInterpretation& s
   }
   struct Points {
     double all = 0, changed = 0, since = 0;
+    std::set<std::int32_t> blocks = {};
   };
   std::vector<Points> points(scene.objects.size());
   for (std::size_t i = 0; i < scene.labels.size(); ++i) {
