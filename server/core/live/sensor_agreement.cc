@@ -21,17 +21,21 @@ bool IsFarFrom(const Pose& X_WC_a, const Pose& X_WC_b) {
   return std::hypot(twist.head<3>().norm(), twist.tail<3>().norm()) > SensorAgreement::kMaxApart_m;
 }
 
-// True if the views lie apart by more than the world takes for noise, and by more than the errors of
-// their comparison explain.
-bool IsFarApart(const ViewAlignment& alignment, const MeanView& sensor, const MeanView& other) {
+// True if the views differ by more than the errors of their comparison explain.
+bool Differ(const ViewAlignment& alignment, const MeanView& sensor, const MeanView& other) {
   const auto exact = [](const MeanView& view) {
     MeanView pose;
     pose.X_WC = view.X_WC;
     pose.pose_sigma_m = pose.pose_sigma_rad = 0;
     return pose;
   };
+  return perception::Contradicts(alignment, exact(sensor), exact(other));
+}
+
+// True if they also lie apart by more than the world takes for noise.
+bool IsFarApart(const ViewAlignment& alignment, const MeanView& sensor, const MeanView& other) {
   return alignment.is_aligned && alignment.apart_m > SensorAgreement::kMaxApart_m &&
-         perception::Contradicts(alignment, exact(sensor), exact(other));
+         Differ(alignment, sensor, other);
 }
 
 std::string DirectionName(const perception::Vector6& twist) {
@@ -251,18 +255,21 @@ void SensorAgreement::PlaceTrusted() {
   for (auto* const named : trusted) Place(named->first, named->second);
 }
 
-// Another pose makes a sensor learn anew what it sees: a pose that still agrees stays.
+// A given pose that agrees with the others stays, since a comparison has errors as well. Another pose
+// makes a sensor learn anew what it sees: a used pose that still agrees stays, too.
 void SensorAgreement::Place(const std::string& name, Sensor& sensor) {
   std::vector<ViewAlignment> alignments;
+  bool differs = false;
   for (const auto& [names, pair] : pairs_) {
     if (names.first != name || pair.is_contradiction) continue;
     const Sensor& other = sensors_.at(names.second);
     if (!other.X_WC_used || (sensor.X_WC_used && other.used_order > sensor.used_order)) continue;
     const Pose X_WW = *other.X_WC_used * other.header.X_WC.inverse();
     alignments.push_back(perception::WithOtherMoved(pair.alignment, sensor.header, X_WW));
+    differs |= Differ(alignments.back(), sensor.header, other.header);
   }
-  const Pose X_WC = alignments.empty() ? sensor.header.X_WC
-                                       : perception::MostLikelyPose(sensor.header, alignments);
+  const Pose X_WC =
+      differs ? perception::MostLikelyPose(sensor.header, alignments) : sensor.header.X_WC;
   if (!sensor.X_WC_used) {
     sensor.used_order = ++last_used_order_;
     sensor.X_WC_used = X_WC;
