@@ -377,7 +377,7 @@ TEST(LiveWorldTest, WhatStaysIsAskedForAgainThoughSomethingBesideItLeft) {
   // A thing is put and a hand rests at it. While both are interpreted the hand leaves.
   SequenceScript script = Kitchen(5);
   const std::size_t tea = ObjectNamed(script, "tea");
-  const SimulatedObject& thing = script.scene.objects[tea];
+  const SimulatedObject thing = script.scene.objects[tea];
   const Aabb tea_W = BoundsInWorld(thing);
   script.scene.objects.push_back({.name = "hand", .parts = {{.shape = Sphere{0.05}}}});
   const std::size_t hand = script.scene.objects.size() - 1;
