@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "perception/live/pixel_rays.h"
 #include "perception/live/mean_view.h"
+#include "perception/live/pixel_rays.h"
 
 namespace cwm::perception {
 

@@ -428,8 +428,7 @@ void LiveWorld::InterpretRegion(const Session& session, const RegionJob& job) {
   const std::lock_guard sequence(sequencer_);
   region_runs_ = false;
   --regions_asked_;
-  std::vector<std::int32_t> same =
-      tracker_.Finish(job.sensor, job.request.number, outcome.ok());
+  std::vector<std::int32_t> same = tracker_.Finish(job.sensor, job.request.number, outcome.ok());
   if (!outcome.ok()) return;
   comparison.interpreted.Append(outcome->changes);
   for (const collision::WorldObjectPtr& object : outcome->returned) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <set>
@@ -188,9 +189,7 @@ TEST_P(SeveralSensorsTest, WhatRestsMakesNoRevisionAndWhatMovesIsToldOnce) {
 
 INSTANTIATE_TEST_SUITE_P(Calibrations, SeveralSensorsTest, ::testing::ValuesIn(kCalibrationErrors),
                          [](const auto& test) {
-                           return std::to_string(
-                                      static_cast<int>(1000 * test.param.shift_m + 0.5)) +
-                                  "mm";
+                           return std::to_string(std::lround(1000 * test.param.shift_m)) + "mm";
                          });
 
 }  // namespace
