@@ -78,8 +78,8 @@ struct HotRegion {
   std::vector<std::int32_t> blocks = {};  // indices of blocks, ascending
   int nearer = 0;                         // pixels
   int farther = 0;
-  // Of the nearer ones, those in which a sensor at rest saw something farther before: what they
-  // show has come, whereas others may show what something else hid.
+  // Nearer pixels in which a sensor at rest saw something farther before: they show something that
+  // has come, whereas others may show what something else hid.
   int entered = 0;
   std::vector<BodyId> bodies = {};  // whose expected pixels it touches, ascending
   // Time for which the main share of its blocks has stayed the same within noise; 0 if they still

@@ -55,15 +55,6 @@ HotRegions::HotRegions(const DepthCamera& camera, const DepthNoise& noise)
       rests_(static_cast<std::size_t>(columns_) * rows_),
       rested_depth_m_(camera.pixel_count(), 0) {}
 
-PixelRectangle HotRegions::PixelsOf(std::int32_t block) const {
-  const int u = block % columns_ * kBlock_px;
-  const int v = block / columns_ * kBlock_px;
-  return {.u_begin = u,
-          .v_begin = v,
-          .u_end = std::min(width_, u + kBlock_px),
-          .v_end = std::min(height_, v + kBlock_px)};
-}
-
 void HotRegions::UpdateRest(const DepthImage& image, const FrameClasses& classes, Stamp stamp,
                             bool is_still) {
   for (std::size_t i = 0; i < rests_.size(); ++i) {
@@ -72,7 +63,7 @@ void HotRegions::UpdateRest(const DepthImage& image, const FrameClasses& classes
       rest.was_hot = false;
       continue;
     }
-    const PixelRectangle pixels = PixelsOf(static_cast<std::int32_t>(i));
+    const PixelRectangle pixels = classes.PixelsOf(static_cast<std::int32_t>(i));
     int same = 0;
     int both = 0;
     if (rest.was_hot && is_still) {
@@ -110,7 +101,7 @@ void HotRegions::UpdateRestInWorld(const DepthImage& image, const FrameClasses& 
   for (std::size_t i = 0; i < rests_.size(); ++i) {
     rests_[i] = {.since = stamp};
     if (classes.hot_blocks[i] == 0) continue;
-    const PixelRectangle pixels = PixelsOf(static_cast<std::int32_t>(i));
+    const PixelRectangle pixels = classes.PixelsOf(static_cast<std::int32_t>(i));
     rests.clear();
     for (int v = pixels.v_begin + 1; v < pixels.v_end; v += kAgeStep_px) {
       for (int u = pixels.u_begin + 1; u < pixels.u_end; u += kAgeStep_px) {
@@ -163,7 +154,7 @@ HotRegion HotRegions::Describe(std::vector<std::int32_t> blocks, const View& vie
   region.rest_s = std::chrono::duration<double>(stamp - rest.since).count();
   region.half_rest_s = std::chrono::duration<double>(stamp - RestOf(blocks, 0.5).since).count();
   for (const std::int32_t block : blocks) {
-    const PixelRectangle pixels = PixelsOf(block);
+    const PixelRectangle pixels = view.classes.PixelsOf(block);
     BodyId last = kNoBody;
     const std::size_t first_point = region.points_L.size();
     const int nearer_before = region.nearer;

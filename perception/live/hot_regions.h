@@ -53,7 +53,6 @@ class HotRegions {
   // Drops the points of a block at places that no earlier frame saw through.
   static void KeepEntered(const MovingSensor& moving, std::size_t first,
                           std::vector<Eigen::Vector3f>& points_L);
-  PixelRectangle PixelsOf(std::int32_t block) const;
   HotRegion Describe(std::vector<std::int32_t> blocks, const View& view, Stamp stamp,
                      const MovingSensor* moving) const;
 

@@ -16,7 +16,7 @@ struct StillFrame {
   std::shared_ptr<const FrameClasses> classes = {};
 };
 
-// What a sensor that stands still measures of what is at rest.
+// The mean depths of things at rest, as a sensor measures them that stands still.
 struct MeanView {
   std::string sensor = {};
   Pose X_WC = Pose::Identity();

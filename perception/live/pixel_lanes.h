@@ -72,7 +72,7 @@ void FindBends(const DepthsAround& depths_m, std::size_t count, float* bends_m);
 void FindExtremes(const DepthsAround& depths_m, std::size_t count, float* least_m,
                   float* greatest_m);
 
-// Which of successive pixels get new gates, 0 or 1, and between what they are.
+// Tells which of successive pixels get new gates, 0 or 1, and the depths that these are about.
 struct GateCenters {
   const std::uint8_t* is_set = nullptr;
   const std::uint8_t* frames = nullptr;   // learnt, at least 1 for a pixel that is set

@@ -1,7 +1,5 @@
 #include "perception/live/seen_surface.h"
 
-#include <algorithm>
-
 #include "perception/live/pixel_rays.h"
 
 namespace cwm::perception {
@@ -20,10 +18,9 @@ void SeenSurface::Add(const FrameEvidence& frame, std::span<const std::int32_t> 
   const PixelRays rays(frame.camera, frame.X_WC);
   absl::flat_hash_set<std::uint64_t> centers;
   for (const std::int32_t block : blocks) {
-    const int u_begin = block % classes.block_columns * kBlock_px;
-    const int v_begin = block / classes.block_columns * kBlock_px;
-    for (int v = v_begin; v < std::min(classes.height, v_begin + kBlock_px); ++v) {
-      for (int u = u_begin; u < std::min(classes.width, u_begin + kBlock_px); ++u) {
+    const PixelRectangle pixels = classes.PixelsOf(block);
+    for (int v = pixels.v_begin; v < pixels.v_end; ++v) {
+      for (int u = pixels.u_begin; u < pixels.u_end; ++u) {
         const float depth_m = frame.image->at(u, v);
         const std::size_t i = static_cast<std::size_t>(v) * classes.width + u;
         if (depth_m == 0 || !IsSurface(classes.pixels[i])) continue;

@@ -129,8 +129,8 @@ struct SensorView::State {
   std::vector<int> pixel_counts;  // by id
   std::vector<KnownPose> poses;   // by ascending id
   std::vector<PixelRectangle> changed;
-  // Of the pixels in which an interpreted frame showed something else than the reference holds,
-  // until the next change of the expected view; empty: none.
+  // 1 for the pixels in which an interpreted frame showed something else than the reference holds,
+  // until the next change of the expected view; empty: there are none.
   std::vector<std::uint8_t> has_left;
   std::map<BodyId, BodyView> bodies_in_view;
   BodyId last_changed = kNoBody;  // by MarkChanged, in this frame

@@ -21,7 +21,7 @@ class StillView {
             std::shared_ptr<const DepthImage> image);
 
   const DepthCamera& camera() const { return camera_; }
-  // Of what is kept for each pixel.
+  // The size of all that is kept for each pixel.
   std::size_t bytes() const { return 2 * sizeof(float) * camera_.pixel_count(); }
 
   // Empty if the frame differs, or may differ, from the image by more than noise. Otherwise, per

@@ -85,7 +85,7 @@ class Tracker {
   StepResult Step(const FrameEvidence& frame, std::span<const KnownBody> bodies);
 
   // The blocks of an open request of a sensor at rest that have stayed the same since it was made.
-  // What an interpretation finds elsewhere may have left.
+  // A thing that an interpretation finds elsewhere may have left.
   std::vector<std::int32_t> SameSince(const std::string& sensor, std::uint64_t request) const;
 
   // Tells that the interpretation of a request is part of the world now, or, if not `succeeded`,

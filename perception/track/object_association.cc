@@ -135,7 +135,7 @@ class ObjectMatcher {
         if (detected_taken_[d] || !MayHaveMoved(k, d)) continue;
         const auto place = Relocate(evidence_, k, d, scan_);
         if (!place) continue;
-        // Of objects that fit alike, the one that was there is the likeliest.
+        // If several objects fit alike, the one that was there is the likeliest.
         const double margin = IsNearItsPlace(k, place->X_LO) ? kAlikeMargin : 0;
         pairs.push_back({k, d, place->fit.Score() + margin});
         moved_[{k, d}] = place->X_LO;

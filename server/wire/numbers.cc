@@ -11,7 +11,7 @@ namespace cwm::server {
 
 namespace {
 
-// Of ASCII, and those from U+0080 to U+009F in UTF-8.
+// Those of ASCII, and those from U+0080 to U+009F in UTF-8.
 bool HasControlCharacter(const std::string& text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto byte = static_cast<unsigned char>(text[i]);

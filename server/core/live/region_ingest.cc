@@ -60,7 +60,7 @@ Scope ScopeOf(const RegionJob& job, const collision::WorldSnapshot& snapshot) {
 // tell that it is gone: its model shows in some of them alone, and two dozen must be seen through.
 constexpr double kMinChanged_px = 48;
 
-// What a region shows that was not known.
+// The news of a region against what was known.
 struct RegionNews {
   // By detected object, the share of its points that differ from what was known; 0 if they are few,
   // or if a significant share of them has changed again since.

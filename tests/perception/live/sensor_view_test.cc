@@ -340,7 +340,7 @@ TEST(SensorView, KeepsAContradictionToTheWorldHot) {
 }
 
 TEST(SensorView, SeesThroughABodyThatLeftWhileItWasModelled) {
-  // Whether the body is expected in the frame before that is noted, or in the one after.
+  // The body is expected in the frame before that is noted, or in the one after.
   for (const bool is_expected_first : {false, true}) {
     SCOPED_TRACE(is_expected_first);
     StillSensor sensor = TableSensor();

@@ -258,8 +258,8 @@ TEST(TrackerOnSequences, FollowsAThingWhoseModelIsTooLarge) {
   }
 }
 
-// What moves in front changes which pixels show the cup. The shift that they have told until then
-// is not forgotten, and what is uncovered tells none.
+// A thing that moves in front changes which pixels show the cup. The shift that they have told until
+// then is not forgotten, and uncovered pixels tell none.
 TEST(TrackerOnSequences, TellsAJumpWhileWhatHidesAPartMoves) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     SequenceScript script = Row(seed);

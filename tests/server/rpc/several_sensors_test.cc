@@ -15,6 +15,7 @@
 
 #include "tests/server/core/live/cameras_at_a_table.h"
 #include "tests/server/rpc/depth_stream.h"
+#include "tests/server/rpc/simulated_depth.h"
 
 namespace cwm::server {
 namespace {
@@ -77,14 +78,7 @@ class SeveralSensorsTest : public RunningServer,
     v1::SensorCalibration calibration;
     calibration.set_sensor(script().sensors[s].name);
     SetPose(PoseOf(s), *calibration.mutable_x_world_sensor());
-    v1::DepthLayout& depth = *calibration.mutable_depth();
-    depth.set_type(v1::DEPTH_TYPE_F32);
-    depth.set_width(camera.width);
-    depth.set_height(camera.height);
-    depth.mutable_pinhole()->set_fx_px(camera.focal_px);
-    depth.mutable_pinhole()->set_fy_px(camera.focal_px);
-    depth.mutable_pinhole()->set_cx_px(camera.center_x_px);
-    depth.mutable_pinhole()->set_cy_px(camera.center_y_px);
+    *calibration.mutable_depth() = LayoutOf(camera);
     return calibration;
   }
 

@@ -11,6 +11,18 @@
 
 namespace cwm::server {
 
+inline v1::DepthLayout LayoutOf(const perception::PinholeCamera& camera) {
+  v1::DepthLayout layout;
+  layout.set_type(v1::DEPTH_TYPE_F32);
+  layout.set_width(camera.width);
+  layout.set_height(camera.height);
+  layout.mutable_pinhole()->set_fx_px(camera.focal_px);
+  layout.mutable_pinhole()->set_fy_px(camera.focal_px);
+  layout.mutable_pinhole()->set_cx_px(camera.center_x_px);
+  layout.mutable_pinhole()->set_cy_px(camera.center_y_px);
+  return layout;
+}
+
 class SimulatedDepth {
  public:
   explicit SimulatedDepth(perception::SimulatedScene scene = perception::KitchenCounter())
@@ -27,17 +39,7 @@ class SimulatedDepth {
     perception::ComputeReturns(scene, image, camera_, device_, 0, camera_.height, returns_);
   }
 
-  v1::DepthLayout Layout() const {
-    v1::DepthLayout layout;
-    layout.set_type(v1::DEPTH_TYPE_F32);
-    layout.set_width(camera_.width);
-    layout.set_height(camera_.height);
-    layout.mutable_pinhole()->set_fx_px(camera_.focal_px);
-    layout.mutable_pinhole()->set_fy_px(camera_.focal_px);
-    layout.mutable_pinhole()->set_cx_px(camera_.center_x_px);
-    layout.mutable_pinhole()->set_cy_px(camera_.center_y_px);
-    return layout;
-  }
+  v1::DepthLayout Layout() const { return LayoutOf(camera_); }
   // Float depths, row by row.
   std::string Frame(std::uint64_t seed) const {
     const perception::MeasuredDepth depth = perception::DrawFrame(returns_, device_.noise, seed);

@@ -131,9 +131,9 @@ class Sensors {
 class SensorsTest : public testing::Test, protected Sensors {
  protected:
   // Each thing is there once, and stays as it is in so many frames of both sensors.
-  void ExpectNothingChanges(int frames) {
+  FrameOutcome ExpectNothingChanges(int frames) {
     TakeChanges();
-    Process({0, 1}, frames);
+    const FrameOutcome last = Process({0, 1}, frames);
     const FrameChanges changes = TakeChanges();
     EXPECT_THAT(changes.added, testing::IsEmpty());
     EXPECT_THAT(changes.moved, testing::IsEmpty());
@@ -141,23 +141,15 @@ class SensorsTest : public testing::Test, protected Sensors {
     const Census census = Count();
     EXPECT_EQ(census.things, kThings);
     EXPECT_EQ(census.doubles, 0);
+    return last;
   }
 };
 
 TEST_F(SensorsTest, SensorsThatAgreeFollowOneWorldAndTellThePosesOfEachOther) {
   for (const std::size_t s : {0, 1}) Open(s, TruePose(s));
   Process({0, 1}, 30);
-  TakeChanges();
-  const FrameOutcome last = Process({0, 1}, 60);
-  EXPECT_EQ(last.reason, "");
-  const FrameChanges changes = TakeChanges();
-  EXPECT_THAT(changes.added, testing::IsEmpty());
-  EXPECT_THAT(changes.moved, testing::IsEmpty());
-  EXPECT_THAT(changes.removed, testing::IsEmpty());
-  const Census census = Count();
-  EXPECT_EQ(census.things, kThings);
-  EXPECT_EQ(census.doubles, 0);
-  EXPECT_EQ(census.others, 0);
+  EXPECT_EQ(ExpectNothingChanges(60).reason, "");
+  EXPECT_EQ(Count().others, 0);
   for (const std::size_t s : {0, 1}) {
     const SensorStatus status = StatusOf(s);
     EXPECT_THAT(status.conflicts, testing::IsEmpty());
