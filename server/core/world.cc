@@ -177,18 +177,22 @@ absl::StatusOr<WriteOutcome> World::Apply(std::span<const Change> changes,
   return answer.Wait();
 }
 
-absl::StatusOr<WriteOutcome> World::Update(const MakeChanges& make, const WriteOptions& options,
-                                           const WriteHooks& hooks) {
+void World::StartUpdate(const MakeChanges& make, const WriteOptions& options,
+                        const WriteHooks& hooks, WriteDone done) {
   const auto apply = [&](const SnapshotPtr& base) -> absl::StatusOr<State::Applied> {
     const absl::StatusOr<std::vector<Change>> changes = make(base);
     if (!changes.ok()) return changes.status();
     return state_->ApplyTo(base, *changes, nullptr);
   };
-  AwaitedAnswer answer;
-  WriteDone done = answer.Receiver();
   const absl::Status written =
       state_->WithRoom([&] { return state_->Write(apply, options, hooks, done); });
-  if (!written.ok()) return written;
+  if (!written.ok()) done(written);
+}
+
+absl::StatusOr<WriteOutcome> World::Update(const MakeChanges& make, const WriteOptions& options,
+                                           const WriteHooks& hooks) {
+  AwaitedAnswer answer;
+  StartUpdate(make, options, hooks, answer.Receiver());
   return answer.Wait();
 }
 

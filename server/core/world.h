@@ -125,9 +125,13 @@ class World : public std::enable_shared_from_this<World> {
 
   // For changes that depend on the newest state (ingest): takes the writer's turn, calls `make`
   // with the state and applies the changes that it returns. `make` runs under the turn and must
-  // be short; it is not called for a replay or a revision mismatch. Waits for the answer.
+  // be short; it is not called for a replay or a revision mismatch, and again if the first changes
+  // found no memory. Answers as StartApply does.
   using MakeChanges =
       std::function<absl::StatusOr<std::vector<collision::Change>>(const SnapshotPtr&)>;
+  void StartUpdate(const MakeChanges& make, const WriteOptions& options, const WriteHooks& hooks,
+                   WriteDone done);
+  // Waits for the answer.
   absl::StatusOr<WriteOutcome> Update(const MakeChanges& make, const WriteOptions& options,
                                       const WriteHooks& hooks = {});
 

@@ -1,6 +1,7 @@
 #include "server/rpc/robot_states_call.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -18,14 +19,16 @@ namespace {
 // chosen: eight times as many as are kept, so that a client may send what it recorded meanwhile.
 constexpr std::int64_t kMaxRows = 4'096;
 
-std::vector<collision::Change> ChangesOf(std::vector<collision::SetRobotState> states,
-                                         const collision::WorldSnapshot& world) {
-  std::vector<collision::Change> changes;
-  for (collision::SetRobotState& state : states) {
-    if (world.FindRobot(state.name) == nullptr) continue;
-    changes.push_back({.what = std::move(state), .expected_object_revision = {}});
-  }
-  return changes;
+const WriteHooks kWriteHooks{.durability = Durability::kObserved};
+
+// Takes states under the writer's turn. What an attempt took that found no memory is part of the
+// next one.
+World::MakeChanges TakeStatesOf(World& world) {
+  return [&world, taken = std::vector<collision::SetRobotState>()](
+             const SnapshotPtr& latest) mutable -> absl::StatusOr<std::vector<collision::Change>> {
+    std::ranges::move(world.robot_states().TakeAll(), std::back_inserter(taken));
+    return RobotStates::ChangesOf(taken, *latest);
+  };
 }
 
 // The robot that the header named is not in the world, or no longer.
@@ -40,30 +43,32 @@ absl::Status NoSuchRobot(const std::string& name) {
 
 void RobotStatePublication::Schedule() {
   const auto due = world_->robot_states().DueAt();
-  if (!due.has_value() || is_scheduled_.exchange(true)) return;
+  if (!due.has_value() || world_->is_deleted() || is_scheduled_.exchange(true)) return;
   const Clock::duration delay = *due - Clock::now();
   if (delay <= Clock::duration::zero()) return Push();
   runtime_.timer.After(delay, [self = shared_from_this()] { self->Push(); });
 }
 
+// One of all streams of the world gets to write.
 void RobotStatePublication::Push() {
+  if (!world_->robot_states().ClaimDue(Clock::now())) {
+    is_scheduled_ = false;
+    return Schedule();
+  }
   runtime_.writes.Push({.run =
                             [self = shared_from_this()](const absl::Status& admitted) {
                               self->is_scheduled_ = false;
                               if (admitted.ok()) self->Publish();
+                              self->Schedule();
                             },
                         .client = client_,
                         .cost_s = 0,
                         .deadline = Clock::time_point::max()});
 }
 
-// States that are left to frames are looked at again. A write that is refused is followed by the
-// next states.
+// The end of a stream needs no answer from this write, which precedes its own.
 void RobotStatePublication::Publish() {
-  const std::vector<collision::Change> changes =
-      ChangesOf(world_->robot_states().TakeDue(Clock::now()), *world_->Tip());
-  if (!changes.empty()) world_->StartApply(changes, {}, nullptr, [](const auto&) {});
-  Schedule();
+  world_->StartUpdate(TakeStatesOf(*world_), {}, kWriteHooks, [](const auto&) {});
 }
 
 absl::Status RobotStatesCall::Take(const v1::StreamRobotStatesRequest& message) {
@@ -143,16 +148,11 @@ absl::Status RobotStatesCall::CheckEnd() const {
 
 absl::Status RobotStatesCall::Work() {
   if (absl::Status there = CheckRobot(); !there.ok()) return there;
-  const std::vector<collision::Change> changes =
-      ChangesOf(world_->robot_states().TakeAll(), *world_->Tip());
-  collision::Revision revision = world_->Snapshot()->revision();
-  if (!changes.empty()) {
-    const auto written = world_->Apply(changes, {});
-    if (!written.ok()) return written.status();
-    revision = written->revision;
-  }
+  // Even with nothing left to take: what another write took is visible before the answer.
+  const auto written = world_->Update(TakeStatesOf(*world_), {}, kWriteHooks);
+  if (!written.ok()) return written.status();
   response_.set_world_uid(world_->uid());
-  response_.set_revision(revision.value);
+  response_.set_revision(written->revision.value);
   response_.set_state_count(taken_count_);
   response_.set_ignored_count(ignored_count_);
   return absl::OkStatus();

@@ -14,7 +14,7 @@
 namespace cwm::server {
 
 // Makes the newest states of a world's robots those of the world, thirty times a second, unless
-// frames of sensors do (RobotStates::TakeDue). Thread safe.
+// frames of sensors do (RobotStates::ClaimDue). Thread safe.
 class RobotStatePublication : public std::enable_shared_from_this<RobotStatePublication> {
  public:
   RobotStatePublication(Runtime& runtime, std::shared_ptr<World> world, ClientId client)

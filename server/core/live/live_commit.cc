@@ -1,9 +1,11 @@
 #include "server/core/live/live_commit.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/core/live/robot_states.h"
 
 namespace cwm::server {
 namespace {
@@ -147,6 +149,7 @@ absl::StatusOr<LiveWritten> Commit(World& world, const LiveWrite& write, MoverOb
   }
   LiveWritten written;
   std::vector<std::string> mover_names;
+  std::vector<collision::SetRobotState> robot_states;
   const auto make = [&](const SnapshotPtr& latest) -> absl::StatusOr<std::vector<Change>> {
     written = {};
     mover_names.clear();
@@ -173,10 +176,10 @@ absl::StatusOr<LiveWritten> Commit(World& world, const LiveWrite& write, MoverOb
         changes.push_back(std::move(change));
       }
     }
-    for (const collision::SetRobotState& state : write.robot_states) {
-      const collision::WorldRobotPtr robot = latest->FindRobot(state.name);
-      if (robot != nullptr) changes.push_back({state, std::nullopt});
+    if (write.takes_robot_states) {
+      std::ranges::move(world.robot_states().TakeAll(), std::back_inserter(robot_states));
     }
+    std::ranges::move(RobotStates::ChangesOf(robot_states, *latest), std::back_inserter(changes));
     return changes;
   };
   const auto outcome = world.Update(make, {}, {.durability = Durability::kObserved});

@@ -44,7 +44,7 @@ struct LiveWrite {
   std::shared_ptr<const BodyTable> bodies = {};  // that the frame was compared with
   std::span<const perception::TrackChange> changes = {};
   std::string sensor = {};
-  std::vector<collision::SetRobotState> robot_states = {};
+  bool takes_robot_states = false;
 };
 
 struct LiveWritten {

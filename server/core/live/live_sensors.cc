@@ -141,7 +141,7 @@ void LiveWorld::ForgetMovers(SensorSession& session) {
   const auto table = numbers_.TableOf(world_->Tip());
   // Fails only if the world was deleted, or if its disk is full: a later sensor or the next start
   // takes them away then.
-  Publish(changes, sensor, table, {}).status().IgnoreError();
+  Publish(changes, sensor, table).status().IgnoreError();
 }
 
 void LiveWorld::ClearFacts() {

@@ -268,8 +268,7 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
       if (is_trusted) NoteShapes(evidence, table);
     }
     stages.End("track");
-    auto written =
-        Publish(changes, evidence.sensor, table, world_->robot_states().TakeForFrame(Clock::now()));
+    auto written = Publish(changes, evidence.sensor, table);
     if (!written.ok()) {
       if (absl::IsNotFound(written.status())) return written.status();  // WORLD_DELETED
       FrameOutcome refused = RefusedBy(written.status());
@@ -337,16 +336,16 @@ std::vector<perception::TrackChange> LiveWorld::Track(const Evidence& evidence,
 
 absl::StatusOr<LiveWritten> LiveWorld::Publish(const std::vector<perception::TrackChange>& changes,
                                                const std::string& sensor,
-                                               const std::shared_ptr<const BodyTable>& table,
-                                               std::vector<collision::SetRobotState> robot_states) {
-  if (changes.empty() && robot_states.empty()) {
+                                               const std::shared_ptr<const BodyTable>& table) {
+  const bool has_robot_states = world_->robot_states().LeaveToFrame(Clock::now());
+  if (changes.empty() && !has_robot_states) {
     return LiveWritten{.revision = world_->Snapshot()->revision()};
   }
   auto written = Commit(*world_,
                         {.bodies = table,
                          .changes = changes,
                          .sensor = sensor,
-                         .robot_states = std::move(robot_states)},
+                         .takes_robot_states = has_robot_states},
                         movers_);
   if (!written.ok()) return written.status();
   const Clock::time_point now = Clock::now();

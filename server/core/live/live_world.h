@@ -134,8 +134,7 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
                                              const Session& session);
   absl::StatusOr<LiveWritten> Publish(const std::vector<perception::TrackChange>& changes,
                                       const std::string& sensor,
-                                      const std::shared_ptr<const BodyTable>& table,
-                                      std::vector<collision::SetRobotState> robot_states);
+                                      const std::shared_ptr<const BodyTable>& table);
   void PublishFacts(const perception::StepResult& step, const BodyTable& bodies);
   // An object is seen that was gone or lost: it may be another one of its shape.
   void NoteSeenAgain(const collision::WorldObject& object, const BodyTable& bodies);

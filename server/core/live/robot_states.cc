@@ -282,7 +282,8 @@ void RobotStates::Forget(const std::string& robot) {
   robots_.erase(robot);
 }
 
-std::vector<collision::SetRobotState> RobotStates::Take() {
+std::vector<collision::SetRobotState> RobotStates::TakeAll() {
+  const std::lock_guard lock(mutex_);
   std::vector<collision::SetRobotState> taken;
   for (auto& [name, robot] : robots_) {
     collision::SetRobotState set{.name = name, .X_WB = {}, .joints = {}};
@@ -303,22 +304,27 @@ std::vector<collision::SetRobotState> RobotStates::Take() {
   return taken;
 }
 
-std::vector<collision::SetRobotState> RobotStates::TakeForFrame(Clock::time_point now) {
+bool RobotStates::LeaveToFrame(Clock::time_point now) {
   const std::lock_guard lock(mutex_);
   frame_took_ = now;
-  return Take();
+  return HasUntaken();
 }
 
-std::vector<collision::SetRobotState> RobotStates::TakeDue(Clock::time_point now) {
+bool RobotStates::ClaimDue(Clock::time_point now) {
   const std::lock_guard lock(mutex_);
-  if (now < write_took_ + kPublishPeriod || now < frame_took_ + kLeftToFrames) return {};
-  write_took_ = now;
-  return Take();
+  if (now < NextWrite()) return false;
+  write_claimed_ = now;
+  return true;
 }
 
-std::vector<collision::SetRobotState> RobotStates::TakeAll() {
-  const std::lock_guard lock(mutex_);
-  return Take();
+std::vector<collision::Change> RobotStates::ChangesOf(
+    std::span<const collision::SetRobotState> states, const collision::WorldSnapshot& world) {
+  std::vector<collision::Change> changes;
+  for (const collision::SetRobotState& state : states) {
+    if (world.FindRobot(state.name) == nullptr) continue;
+    changes.push_back({.what = state, .expected_object_revision = {}});
+  }
+  return changes;
 }
 
 bool RobotStates::HasUntaken() const {
@@ -330,7 +336,11 @@ bool RobotStates::HasUntaken() const {
 std::optional<Clock::time_point> RobotStates::DueAt() const {
   const std::lock_guard lock(mutex_);
   if (!HasUntaken()) return std::nullopt;
-  return std::max(write_took_ + kPublishPeriod, frame_took_ + kLeftToFrames);
+  return NextWrite();
+}
+
+Clock::time_point RobotStates::NextWrite() const {
+  return std::max(write_claimed_ + kPublishPeriod, frame_took_ + kLeftToFrames);
 }
 
 }  // namespace cwm::server

@@ -91,13 +91,18 @@ class RobotStates {
   // The robot was removed or replaced.
   void Forget(const std::string& robot);
 
-  // The newest states that were not taken yet, as changes of the world: of a frame, which then
-  // makes them part of its revision,
-  std::vector<collision::SetRobotState> TakeForFrame(Clock::time_point now);
-  // or, if no frame does, one write in kPublishPeriod; empty before DueAt.
-  std::vector<collision::SetRobotState> TakeDue(Clock::time_point now);
+  // A frame's write is about to take the states: none is due for a while. False if it would find
+  // none.
+  bool LeaveToFrame(Clock::time_point now);
+  // A write without a frame is about to take them: true once in kPublishPeriod, not before DueAt.
+  bool ClaimDue(Clock::time_point now);
+  // The newest states that were not taken yet, as changes of the world. Call only under the
+  // writer's turn (World::MakeChanges): a later write then never has an older state.
   std::vector<collision::SetRobotState> TakeAll();
-  // When a write without a frame may take states; empty if all were taken.
+  // Of the robots that the world has.
+  static std::vector<collision::Change> ChangesOf(std::span<const collision::SetRobotState> states,
+                                                  const collision::WorldSnapshot& world);
+  // When a write without a frame may claim the states; empty if all were taken.
   std::optional<Clock::time_point> DueAt() const;
 
  private:
@@ -116,13 +121,13 @@ class RobotStates {
 
   const Robot* Find(const collision::WorldRobot& robot) const;
   static Track& TrackOf(Robot& robot, std::span<const int> variables);
-  std::vector<collision::SetRobotState> Take();
   bool HasUntaken() const;
+  Clock::time_point NextWrite() const;
 
   mutable std::mutex mutex_;
   std::map<std::string, Robot, std::less<>> robots_;
   Clock::time_point frame_took_ = {};
-  Clock::time_point write_took_ = {};
+  Clock::time_point write_claimed_ = {};
 };
 
 }  // namespace cwm::server

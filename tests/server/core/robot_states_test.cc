@@ -280,12 +280,13 @@ TEST_F(RobotStatesTest, LinksMoveWithTheirJointsAndTheBase) {
 TEST_F(RobotStatesTest, TheNewestIsTakenOnceByAFrameOrByAWriteThirtyTimesASecond) {
   const Clock::time_point now{std::chrono::hours(3)};
   EXPECT_FALSE(states.DueAt().has_value());
-  EXPECT_TRUE(states.TakeForFrame(now).empty());
+  EXPECT_FALSE(states.LeaveToFrame(now));
   TellElbow(0, 0.1);
   TellElbow(10, 0.2);
   EXPECT_EQ(states.DueAt(), now + milliseconds(200)) << "left to the next frame";
-  EXPECT_TRUE(states.TakeDue(now + milliseconds(199)).empty());
-  const auto taken = states.TakeForFrame(now + milliseconds(30));
+  EXPECT_FALSE(states.ClaimDue(now + milliseconds(199)));
+  EXPECT_TRUE(states.LeaveToFrame(now + milliseconds(30)));
+  const auto taken = states.TakeAll();
   ASSERT_EQ(taken.size(), 1u);
   EXPECT_EQ(taken[0].name, "arm");
   EXPECT_FALSE(taken[0].X_WB.has_value());
@@ -296,11 +297,14 @@ TEST_F(RobotStatesTest, TheNewestIsTakenOnceByAFrameOrByAWriteThirtyTimesASecond
   TellElbow(5, 0.3);
   EXPECT_FALSE(states.DueAt().has_value()) << "a late one is not the newest";
   TellElbow(20, 0.4);
-  EXPECT_EQ(states.TakeDue(now + milliseconds(230)).size(), 1u);
+  EXPECT_TRUE(states.ClaimDue(now + milliseconds(230)));
+  EXPECT_FALSE(states.ClaimDue(now + milliseconds(230))) << "another stream writes";
+  EXPECT_EQ(states.TakeAll().size(), 1u);
   TellElbow(30, 0.5);
   EXPECT_EQ(states.DueAt(), now + milliseconds(263));
-  EXPECT_TRUE(states.TakeDue(now + milliseconds(262)).empty());
-  EXPECT_EQ(states.TakeDue(now + milliseconds(263)).size(), 1u);
+  EXPECT_FALSE(states.ClaimDue(now + milliseconds(262)));
+  EXPECT_TRUE(states.ClaimDue(now + milliseconds(263)));
+  EXPECT_EQ(states.TakeAll().size(), 1u);
 }
 
 TEST_F(RobotStatesTest, OfARemovedRobotAreForgottenByTheWorld) {

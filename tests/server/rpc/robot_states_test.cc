@@ -133,6 +133,25 @@ TEST_F(StreamRobotStatesTest, AThousandStatesASecondMakeThirtyRevisions) {
   EXPECT_EQ(Elbow(), 1e-4 * count);
 }
 
+// The state may be in a write of its own or in that of another stream when the stream ends.
+TEST_F(StreamRobotStatesTest, TheAnswerComesWhenTheLastStateIsTheRobots) {
+  for (int k = 1; k <= 300; ++k) {
+    Call call, call_beside;
+    v1::StreamRobotStatesResponse response, response_beside;
+    const auto telling = robot_->StreamRobotStates(&call, &response);
+    const auto beside = robot_->StreamRobotStates(&call_beside, &response_beside);
+    ASSERT_TRUE(telling->Write(HeaderFor("arm", {"elbow"})));
+    ASSERT_TRUE(beside->Write(HeaderFor("arm", {"elbow"})));
+    ASSERT_TRUE(telling->Write(StatesAt({Now()}, {1e-3 * k})));
+    telling->WritesDone();
+    beside->WritesDone();
+    ASSERT_TRUE(telling->Finish().ok());
+    ASSERT_EQ(Elbow(), 1e-3 * k);
+    ASSERT_LE(response.revision(), Served()->Snapshot()->revision().value);
+    ASSERT_TRUE(beside->Finish().ok());
+  }
+}
+
 TEST_F(StreamRobotStatesTest, AllVariablesAndTheBaseMayBeTold) {
   const auto telling = Begin({});
   const SystemTime now = Now();
