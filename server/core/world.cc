@@ -284,6 +284,12 @@ absl::StatusOr<std::unique_ptr<WatchCursor>> World::Watch(const WatchOptions& op
   return StartWatch(state_->feed, options, std::move(wake));
 }
 
+std::shared_ptr<const void> World::WakeOnPublication(std::function<void()> wake) const {
+  const auto subscription = state_->feed->Subscribe(std::move(wake));
+  return {subscription.get(),
+          [feed = state_->feed, subscription](const void*) { feed->Unsubscribe(subscription); }};
+}
+
 Revision World::oldest_exact() const { return state_->feed->oldest_exact(); }
 Revision World::oldest_watch() const { return state_->feed->oldest_watch(); }
 

@@ -184,6 +184,10 @@ class World : public std::enable_shared_from_this<World> {
   absl::StatusOr<std::unique_ptr<WatchCursor>> Watch(const WatchOptions& options,
                                                      std::function<void()> wake);
 
+  // Calls `wake` after every later publication and at the world's end, until the result is
+  // released; perhaps once more after that. Called by writers: it must be short.
+  std::shared_ptr<const void> WakeOnPublication(std::function<void()> wake) const;
+
   // True once the journal has the world's deletion.
   bool is_deleted() const;
   // The oldest revision that is kept without a lease.

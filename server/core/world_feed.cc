@@ -181,6 +181,13 @@ absl::StatusOr<WorldFeed::Start> WorldFeed::Subscribe(const WatchOptions& option
   return start;
 }
 
+std::shared_ptr<const WorldFeed::Wake> WorldFeed::Subscribe(Wake wake) {
+  auto subscription = std::make_shared<const Wake>(std::move(wake));
+  const std::lock_guard lock(mutex_);
+  subscriptions_.push_back(subscription);
+  return subscription;
+}
+
 void WorldFeed::Unsubscribe(const std::shared_ptr<const Wake>& subscription) {
   std::lock_guard lock(mutex_);
   std::erase(subscriptions_, subscription);

@@ -71,6 +71,8 @@ class WorldFeed {
 
   // Atomic: everything published before is in the start, and everything after wakes.
   absl::StatusOr<Start> Subscribe(const WatchOptions& options, Wake wake);
+  // Wakes at every later publication and end, without a position.
+  std::shared_ptr<const Wake> Subscribe(Wake wake);
   void Unsubscribe(const std::shared_ptr<const Wake>& subscription);
   ReadResult ReadAfter(collision::Revision position) const;
 

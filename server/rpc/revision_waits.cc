@@ -8,7 +8,7 @@
 namespace cwm::server {
 namespace {
 
-// chosen: the period of polling, well below the 10 ms within which a deadline has to end a wait.
+// chosen: well below the 10 ms within which a deadline has to end a wait.
 constexpr auto kPollPeriod = std::chrono::milliseconds(5);
 
 Task TaskOf(const RevisionWait& wait, std::function<void(const absl::Status&)> run) {
@@ -21,6 +21,34 @@ Task TaskOf(const RevisionWait& wait, std::function<void(const absl::Status&)> r
 
 }  // namespace
 
+struct RevisionWaits::Waker {
+  std::mutex mutex;
+  RevisionWaits* waits = nullptr;  // nullptr: they are gone
+  bool is_woken = false;           // EndReached is scheduled
+
+  void Wake() {
+    const std::lock_guard lock(mutex);
+    if (waits == nullptr || std::exchange(is_woken, true)) return;
+    waits->timer_.After({}, [this, waits = waits] {
+      {
+        const std::lock_guard woken(mutex);
+        is_woken = false;
+      }
+      waits->EndReached();
+    });
+  }
+};
+
+RevisionWaits::RevisionWaits(Timer& timer, FairQuotaOptions quota)
+    : timer_(timer), quota_(quota), waker_(std::make_shared<Waker>()) {
+  waker_->waits = this;
+}
+
+RevisionWaits::~RevisionWaits() {
+  const std::lock_guard lock(waker_->mutex);
+  waker_->waits = nullptr;
+}
+
 void RevisionWaits::Await(RevisionWait wait, WorkQueue& queue, Then then) {
   if (SnapshotPtr latest = wait.world->Snapshot(); latest->revision() >= wait.revision) {
     return queue.Push(TaskOf(wait, [then = std::move(then), latest](const absl::Status& admitted) {
@@ -30,17 +58,30 @@ void RevisionWaits::Await(RevisionWait wait, WorkQueue& queue, Then then) {
   }
   auto quota_share = QuotaShare::TryTake(quota_, wait.client);
   if (!quota_share) return then(Overloaded("too many calls wait for a revision", "TOO_MANY_WAITS"));
-  const std::lock_guard lock(mutex_);
-  waiting_.push_back({std::move(wait), queue, std::move(then),
-                      std::make_shared<QuotaShare>(*std::move(quota_share))});
-  if (!std::exchange(polling_, true)) PollSoon();
+  const std::shared_ptr<World> world = wait.world;
+  const collision::Revision revision = wait.revision;
+  auto subscription = world->WakeOnPublication([waker = waker_] { waker->Wake(); });
+  {
+    const std::lock_guard lock(mutex_);
+    waiting_.push_back({std::move(wait), queue, std::move(then),
+                        std::make_shared<QuotaShare>(*std::move(quota_share)),
+                        std::move(subscription)});
+    if (!std::exchange(polling_, true)) PollSoon();
+  }
+  if (world->Snapshot()->revision() >= revision) waker_->Wake();  // it came meanwhile
 }
 
+// The timer has one thread, so that rounds never overlap.
 void RevisionWaits::PollSoon() {
-  timer_.After(kPollPeriod, [this] { Poll(); });
+  timer_.After(kPollPeriod, [this] {
+    EndReached();
+    const std::lock_guard lock(mutex_);
+    polling_ = !waiting_.empty();
+    if (polling_) PollSoon();
+  });
 }
 
-void RevisionWaits::Poll() {
+void RevisionWaits::EndReached() {
   std::list<Waiting> polled;
   {
     const std::lock_guard lock(mutex_);
@@ -56,8 +97,6 @@ void RevisionWaits::Poll() {
       [&](Waiting& waiting) { return TryEnd(waiting, reached.at(waiting.wait.world.get())); });
   const std::lock_guard lock(mutex_);
   waiting_.splice(waiting_.begin(), polled);  // before those that arrived meanwhile
-  polling_ = !waiting_.empty();
-  if (polling_) PollSoon();
 }
 
 bool RevisionWaits::TryEnd(Waiting& waiting, collision::Revision reached) {

@@ -35,7 +35,8 @@ struct RevisionWait {
 class RevisionWaits {
  public:
   // `timer` must be stopped before the destructor runs. Waits above the `quota` are refused.
-  RevisionWaits(Timer& timer, FairQuotaOptions quota) : timer_(timer), quota_(quota) {}
+  RevisionWaits(Timer& timer, FairQuotaOptions quota);
+  ~RevisionWaits();
 
   // Calls `then` once: on a thread of `queue` with the world's snapshot as soon as it has the
   // revision; otherwise on some thread with the world's end, DeadlineExceeded, Cancelled, Draining
@@ -51,19 +52,24 @@ class RevisionWaits {
     RevisionWait wait;
     WorkQueue& queue;
     Then then;
-    std::shared_ptr<QuotaShare> quota_share;  // until its work begins
+    std::shared_ptr<QuotaShare> quota_share;         // until its work begins
+    std::shared_ptr<const void> subscription = {};  // to the world
   };
+  // Shared with the worlds that wake: one of them may do so when the waits are gone.
+  struct Waker;
 
+  // Publications end waits at once. Deadlines and cancelled calls are found by polling.
   void PollSoon();
-  void Poll();
-  // False if it has to go on waiting. `reached` is the revision of its world when this round of
-  // polling began. A newer revision is left to the next round, since otherwise later waits would be
+  void EndReached();
+  // False if it has to go on waiting. `reached` is the revision of its world when this round
+  // began. A newer revision is left to the next round, since otherwise later waits would be
   // admitted before earlier ones.
   bool TryEnd(Waiting& waiting, collision::Revision reached);
   void Admit(Waiting& waiting, SnapshotPtr snapshot);
 
   Timer& timer_;
   FairQuota quota_;  // by waits, and by admitted calls that have not begun
+  const std::shared_ptr<Waker> waker_;
   std::atomic<bool> draining_ = false;
   std::mutex mutex_;
   std::list<Waiting> waiting_;  // in order of arrival
