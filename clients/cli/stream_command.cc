@@ -27,6 +27,7 @@ struct StreamArguments {
   double min_range_m = 0, max_range_m = 0;
   std::optional<double> rate_hz;
   int rounds = 1;
+  bool is_lockstep = false;
   bool no_states = false;
   FeedOptions feed;
 };
@@ -88,6 +89,7 @@ absl::StatusOr<pb::SensorCalibration> ParseCalibration(const StreamArguments& ar
   }
   calibration.set_least_range_m(arguments.min_range_m);
   calibration.set_greatest_range_m(arguments.max_range_m);
+  calibration.set_lockstep(arguments.is_lockstep);
   return calibration;
 }
 
@@ -195,6 +197,9 @@ void AddTimeOptions(CLI::App& command, StreamArguments& arguments) {
       ->type_name("N");
   command.add_flag("--keep-stamps", arguments.feed.keep_stamps,
                    "send stamps as they are recorded; default: moved to the present");
+  command.add_flag("--lockstep", arguments.is_lockstep,
+                   "frames of all sensors take turns, each when everything that the one before "
+                   "began is done: such a stream can be replayed to the bit");
   command.add_flag("--no-states", arguments.no_states,
                    "do not send the robots' states beside the frames");
   command.add_flag("--quiet", arguments.feed.quiet, "print the summary alone");

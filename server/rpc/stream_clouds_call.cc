@@ -152,6 +152,16 @@ void StreamCloudsCall::EnqueueScan() {
        .cost_s = kScan_s});
 }
 
+void StreamCloudsCall::EnqueueTurn() {
+  sensor_->BeginTurn([self = shared_from_this()] {
+    {
+      const std::lock_guard lock(self->mutex_);
+      if (self->IsOver()) self->waiting_.reset();
+    }
+    self->WaitsAsScan() ? self->EnqueueScan() : self->Enqueue(&StreamCloudsCall::ProcessWaiting);
+  });
+}
+
 void StreamCloudsCall::Fail(const absl::Status& status) {
   const auto self = shared_from_this();
   const std::lock_guard lock(mutex_);
@@ -172,6 +182,7 @@ void StreamCloudsCall::TakeMessage() {
   }
   Advance();  // the next message is read while this one is processed
   if (!begins) return;
+  if (plan_->calibration.in_lockstep) return EnqueueTurn();
   WaitsAsScan() ? EnqueueScan() : ProcessWaiting();
 }
 
@@ -246,8 +257,8 @@ absl::Status StreamCloudsCall::TakeFrame(v1::SensorFrame& message, MemoryCharge 
   }
   if (dropped.has_value()) {
     sensor_->NoteDropped();
-    Answer(dropped->number, dropped->message,
-           {.fate = FrameFate::kDropped, .revision = world_->Snapshot()->revision()});
+    Answer(dropped->number, ResponseTo(*dropped, {.fate = FrameFate::kDropped,
+                                                  .revision = world_->Snapshot()->revision()}));
   }
   return absl::OkStatus();
 }
@@ -259,6 +270,7 @@ void StreamCloudsCall::ProcessOrRefuse(const absl::Status& admitted) {
     frame = std::exchange(waiting_, std::nullopt);
   }
   absl::Status ended;
+  std::optional<NumberedAnswer> answer;
   if (frame.has_value()) {
     FrameOutcome outcome;
     ended = RunGuarded(
@@ -269,9 +281,19 @@ void StreamCloudsCall::ProcessOrRefuse(const absl::Status& admitted) {
           return absl::OkStatus();
         },
         {});
-    if (ended.ok()) Answer(frame->number, frame->message, outcome);
+    if (plan_->calibration.in_lockstep) outcome.interpreting = false;  // answered afterwards
+    if (ended.ok()) answer = NumberedAnswer{frame->number, ResponseTo(*frame, outcome)};
     frame.reset();
   }
+  if (!plan_->calibration.in_lockstep) return FinishFrame(ended, std::move(answer));
+  sensor_->EndTurn([self = shared_from_this(), ended, answer = std::move(answer)] {
+    self->FinishFrame(ended, answer);
+  });
+}
+
+void StreamCloudsCall::FinishFrame(const absl::Status& ended,
+                                   std::optional<NumberedAnswer> answer) {
+  if (answer.has_value()) Answer(answer->number, std::move(answer->response));
   bool goes_on = false;
   {
     const std::lock_guard lock(mutex_);
@@ -281,7 +303,9 @@ void StreamCloudsCall::ProcessOrRefuse(const absl::Status& admitted) {
   }
   Advance();
   // Other sensors take their turns in between.
-  if (goes_on) WaitsAsScan() ? EnqueueScan() : Enqueue(&StreamCloudsCall::ProcessWaiting);
+  if (!goes_on) return;
+  if (plan_->calibration.in_lockstep) return EnqueueTurn();
+  WaitsAsScan() ? EnqueueScan() : Enqueue(&StreamCloudsCall::ProcessWaiting);
 }
 
 void StreamCloudsCall::RefuseUnread(const absl::Status& why) {
@@ -290,7 +314,9 @@ void StreamCloudsCall::RefuseUnread(const absl::Status& why) {
     const std::lock_guard lock(mutex_);
     number = frame_count_++;
   }
-  Answer(number, {}, RefusedOutcome(why));
+  Frame unread;
+  unread.number = number;
+  Answer(number, ResponseTo(unread, RefusedOutcome(why)));
 }
 
 absl::StatusOr<FrameOutcome> StreamCloudsCall::Process(const Frame& frame) {
@@ -317,12 +343,18 @@ FrameOutcome StreamCloudsCall::RefusedOutcome(const absl::Status& why) const {
           .revision = world_->Snapshot()->revision()};
 }
 
-void StreamCloudsCall::Answer(std::int64_t number, const v1::SensorFrame& frame,
-                              const FrameOutcome& outcome) {
+v1::StreamCloudsResponse StreamCloudsCall::ResponseTo(const Frame& frame,
+                                                      const FrameOutcome& outcome) const {
   v1::StreamCloudsResponse response = FrameOutcomeToProto(outcome);
-  response.set_frame(number);
-  if (frame.has_frame_stamp()) *response.mutable_frame_stamp() = frame.frame_stamp();
+  response.set_frame(frame.number);
+  if (frame.message.has_frame_stamp()) {
+    *response.mutable_frame_stamp() = frame.message.frame_stamp();
+  }
   response.set_world_uid(world_->uid());
+  return response;
+}
+
+void StreamCloudsCall::Answer(std::int64_t number, v1::StreamCloudsResponse response) {
   const std::lock_guard lock(mutex_);
   answers_.emplace(number, std::move(response));
 }

@@ -56,6 +56,8 @@ class StreamCloudsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, 
   void FinishIfOver();
 
   void Enqueue(void (StreamCloudsCall::*work)());
+  // Has the frame that waits processed when its turn comes, in lockstep with other sensors.
+  void EnqueueTurn();
   // True if the frame that waits has to tell its sensor's pose: then it is worked on as scans are.
   bool WaitsAsScan();
   void EnqueueScan();
@@ -63,6 +65,12 @@ class StreamCloudsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, 
   void TakeMessage();
   void ProcessWaiting() { ProcessOrRefuse(absl::OkStatus()); }
   void ProcessOrRefuse(const absl::Status& admitted);
+  struct NumberedAnswer {
+    std::int64_t number = 0;
+    v1::StreamCloudsResponse response;
+  };
+  // Answers a frame, if there was one, and goes on with the next; an error ends the stream.
+  void FinishFrame(const absl::Status& ended, std::optional<NumberedAnswer> answer);
 
   absl::Status Take();
   absl::Status TakeCalibration(const v1::SensorCalibration& calibration);
@@ -71,8 +79,8 @@ class StreamCloudsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, 
   void RefuseUnread(const absl::Status& why);
   absl::StatusOr<FrameOutcome> Process(const Frame& frame);
   FrameOutcome RefusedOutcome(const absl::Status& why) const;
-  // Sets the answer to a frame.
-  void Answer(std::int64_t number, const v1::SensorFrame& frame, const FrameOutcome& outcome);
+  v1::StreamCloudsResponse ResponseTo(const Frame& frame, const FrameOutcome& outcome) const;
+  void Answer(std::int64_t number, v1::StreamCloudsResponse response);
   void Fail(const absl::Status& status);
 
   Runtime& runtime_;

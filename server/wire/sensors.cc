@@ -194,6 +194,7 @@ absl::StatusOr<SensorPlan> SensorPlanFromProto(const v1::SensorCalibration& cali
   const FieldPath name_path = path.Field("sensor");
   if (auto status = CheckSensorName(calibration.sensor(), name_path); !status.ok()) return status;
   plan.calibration.sensor = calibration.sensor();
+  plan.calibration.in_lockstep = calibration.lockstep();
   auto noise = SensorNoiseFromProto(calibration.sensor_model(), path.Field("sensor_model"));
   if (!noise.ok()) return noise.status();
   if (auto status = TakePose(calibration, path, plan.calibration); !status.ok()) return status;
@@ -373,6 +374,7 @@ v1::StreamCloudsResponse FrameOutcomeToProto(const FrameOutcome& outcome) {
     time->set_elapsed_ms(stage.elapsed_ms);
   }
   proto.set_interpreting(outcome.interpreting);
+  proto.set_sequence_number(static_cast<std::int64_t>(outcome.number));
   return proto;
 }
 

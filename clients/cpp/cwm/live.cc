@@ -51,6 +51,7 @@ v1::SensorCalibration ToMessage(const SensorCalibration& calibration, const std:
   message.set_greatest_range_m(calibration.max_range_m);
   message.set_pose_sigma_m(calibration.pose_sigma_m);
   message.set_pose_sigma_rad(calibration.pose_sigma_rad);
+  message.set_lockstep(calibration.lockstep);
   return message;
 }
 
@@ -104,6 +105,7 @@ FrameResult FromMessage(const v1::StreamCloudsResponse& message) {
     result.stages_ms.emplace_back(stage.stage(), stage.elapsed_ms());
   }
   result.interpreting = message.interpreting();
+  result.sequence_number = message.sequence_number();
   return result;
 }
 

@@ -52,6 +52,9 @@ struct SensorCalibration {
   double min_range_m = 0, max_range_m = 0;  // other depths are no return; 0: those of the model
   // Standard deviations of the pose; 0: 5 mm, 0.005 rad.
   double pose_sigma_m = 0, pose_sigma_rad = 0;
+  // Frames take turns with those of other sensors, and each is answered when everything that it
+  // began is done: what all sensors of a world stream so can be replayed to the bit.
+  bool lockstep = false;
 };
 
 // The facts of a frame besides its image.
@@ -101,6 +104,9 @@ struct FrameResult {
   std::optional<double> robot_state_age_ms = {};
   std::vector<std::pair<std::string, double>> stages_ms = {};
   bool interpreting = false;  // a region of the view is interpreted beside the frames
+  // In the order in which the frames of all sensors were taken into the world, from 1; 0: it was not
+  // processed.
+  std::int64_t sequence_number = 0;
 };
 
 // Made by World::StreamSensor. Every frame is answered once, in order; the newest one wins: while

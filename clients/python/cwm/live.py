@@ -72,6 +72,9 @@ class FrameResult:
     robot_state_age_ms: float | None
     stages: dict[str, float] = field(hash=False)  # ms
     interpreting: bool  # a region of the view is interpreted beside the frames
+    # In the order in which the frames of all sensors were taken into the world, from 1; 0: it was
+    # not processed.
+    sequence_number: int
 
 
 @dataclass(frozen=True)
@@ -152,6 +155,7 @@ def _result(reply: perception_pb2.StreamCloudsResponse) -> FrameResult:
         reply.robot_state_age_ms if reply.HasField("robot_state_age_ms") else None,
         {stage.stage: stage.elapsed_ms for stage in reply.stages},
         reply.interpreting,
+        reply.sequence_number,
     )
 
 
@@ -200,6 +204,7 @@ def calibration(
     min_range_m: float,
     max_range_m: float,
     pose_sigma: tuple[float, float] | None,
+    lockstep: bool,
 ) -> perception_pb2.SensorCalibration:
     """The calibration without the size and the type of the images."""
     message = perception_pb2.SensorCalibration(
@@ -232,6 +237,7 @@ def calibration(
         message.pose_sigma_m, message.pose_sigma_rad = arrays.vector(
             pose_sigma, "pose_sigma", 2
         ).tolist()
+    message.lockstep = lockstep
     return message
 
 

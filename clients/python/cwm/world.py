@@ -119,6 +119,7 @@ class World(WorldView):
         min_range_m: float = 0.0,
         max_range_m: float = 0.0,
         pose_sigma: tuple[float, float] | None = None,
+        lockstep: bool = False,
     ) -> live.SensorStream:
         """Follows the world with the depth images of a running sensor: `with
         world.stream_sensor(...) as frames: frames.process(depth, stamp)`. See `SensorStream`.
@@ -129,7 +130,9 @@ class World(WorldView):
         sensor had one, or the first frame is to tell it. sensor: as of `ingest`. unit_m: metres per
         unit; None: 0.001 for integers, 1 for floats. min_range_m, max_range_m: other depths are no
         return; 0: those of the model. pose_sigma: standard deviations of the pose, m and rad; None:
-        5 mm, 0.005 rad.
+        5 mm, 0.005 rad. lockstep: frames take turns with those of other sensors, and each is
+        answered when everything that it began is done: what all sensors of a world stream so can
+        be replayed to the bit.
         """
         return live.SensorStream(
             self,
@@ -144,6 +147,7 @@ class World(WorldView):
                 min_range_m=min_range_m,
                 max_range_m=max_range_m,
                 pose_sigma=pose_sigma,
+                lockstep=lockstep,
             ),
         )
 

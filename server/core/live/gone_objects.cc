@@ -8,11 +8,11 @@ using collision::WorldObject;
 using collision::WorldObjectPtr;
 using perception::ShapeSignature;
 
-void GoneObjects::Add(const WorldObjectPtr& object, Clock::time_point now) {
+void GoneObjects::Add(const WorldObjectPtr& object, perception::Stamp now) {
   gone_.push_back({object, ShapeSignature(object->model()), now});
 }
 
-void GoneObjects::ForgetAfter(Clock::duration time, Clock::time_point now) {
+void GoneObjects::ForgetAfter(std::chrono::nanoseconds time, perception::Stamp now) {
   std::erase_if(gone_, [&](const Gone& each) {
     const bool is_old = now - each.when > time;
     if (is_old) uncertain_.erase(each.object->name);

@@ -2,6 +2,7 @@
 // may have been swapped with another one of their shape.
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <set>
 #include <span>
@@ -9,18 +10,18 @@
 #include <vector>
 
 #include "collision/world/world_snapshot.h"
+#include "perception/live/frame_evidence.h"
 #include "perception/live/shape_signature.h"
-#include "server/core/limits.h"
 
 namespace cwm::server {
 
 // Not thread safe.
 class GoneObjects {
  public:
-  // A frame removed the object.
-  void Add(const collision::WorldObjectPtr& object, Clock::time_point now);
+  // A frame removed the object. Times are stamps of frames.
+  void Add(const collision::WorldObjectPtr& object, perception::Stamp now);
   // Forgets what is gone for longer than `time`.
-  void ForgetAfter(Clock::duration time, Clock::time_point now);
+  void ForgetAfter(std::chrono::nanoseconds time, perception::Stamp now);
 
   std::vector<collision::WorldObjectPtr> objects() const;
 
@@ -38,7 +39,7 @@ class GoneObjects {
   struct Gone {
     collision::WorldObjectPtr object;
     perception::ShapeSignature signature;
-    Clock::time_point when;
+    perception::Stamp when;
   };
   std::vector<Gone> gone_;  // oldest first
   std::set<std::string> uncertain_;

@@ -33,6 +33,7 @@ struct SensorCalibration {
   // Standard deviations of the given pose.
   double pose_sigma_m = 0.005;
   double pose_sigma_rad = 0.005;
+  bool in_lockstep = false;  // its frames take turns, see Lockstep
   perception::PoseSigma pose_sigma() const {
     return {.translation_m = pose_sigma_m, .rotation_rad = pose_sigma_rad};
   }
@@ -68,6 +69,9 @@ struct FrameChanges {
 
 struct FrameOutcome {
   FrameFate fate = FrameFate::kProcessed;
+  // In the order in which the frames of all sensors were taken into the world, from 1; 0: it was not
+  // processed.
+  std::uint64_t number = 0;
   // Of a frame that was refused, or processed with reservations.
   std::string reason = {};
   std::string message = {};
@@ -101,7 +105,7 @@ struct SensorStatus {
 
 // A processed frame for display.
 struct DisplayFrame {
-  std::uint64_t number = 0;  // of all frames of its world, from 1
+  std::uint64_t number = 0;  // as in its FrameOutcome
   std::string sensor = {};
   perception::Stamp stamp = {};
   Pose X_WC = Pose::Identity();

@@ -14,6 +14,12 @@ absl::Status SensorUnknown(const std::string& sensor) {
                    {.reason = "SENSOR_UNKNOWN", .metadata = {{"sensor", sensor}}});
 }
 
+void SensorStream::BeginTurn(Lockstep::Callback begin) {
+  world_->lockstep_.Begin(std::move(begin));
+}
+
+void SensorStream::EndTurn(Lockstep::Callback end) { world_->lockstep_.End(std::move(end)); }
+
 std::vector<LiveWorld::Session> LiveWorld::Sessions() const {
   const std::lock_guard lock(sensors_mutex_);
   std::vector<Session> sessions;
@@ -108,7 +114,7 @@ void LiveWorld::StartComparison() {
   }
   if (!due) return;
   const auto job = std::make_shared<const AgreementJob>(*std::move(due));
-  const bool is_taken = services_.run_beside([self = shared_from_this(), job] {
+  const bool is_taken = StartBeside([self = shared_from_this(), job] {
     const AgreementResult result = Compare(*job);
     {
       const std::lock_guard sequence(self->sequencer_);
@@ -119,6 +125,11 @@ void LiveWorld::StartComparison() {
   if (is_taken) return;
   const std::lock_guard sequence(sequencer_);
   agreement_.PutBack(*job);  // the next frame tries again
+}
+
+bool LiveWorld::StartBeside(std::function<void()> task) {
+  return services_.run_beside([self = shared_from_this(), token = lockstep_.RunBeside(),
+                               task = std::move(task)] { task(); });
 }
 
 bool LiveWorld::RunsBeside() const {
@@ -173,7 +184,7 @@ void LiveWorld::StartFusion() {
   if (!due) return;
   due->max_threads = services_.max_threads;
   const auto job = std::make_shared<const FusionJob>(*std::move(due));
-  const bool is_taken = services_.run_beside([self = shared_from_this(), job] {
+  const bool is_taken = StartBeside([self = shared_from_this(), job] {
     const auto replaced =
         FuseShapes(*self->world_, *job, self->services_.interpret, self->stop_.get_token());
     self->FinishFusion(*job, replaced.ok() ? *replaced : std::vector<std::string>());

@@ -255,10 +255,9 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
   outcome.X_WC = evidence.X_WC;
   outcome.robot_state_age_ms = seen.state_age_ms;
   outcome.pixels = evidence.classes->counts;
-  std::uint64_t number = 0;
   {
     const std::lock_guard sequence(sequencer_);
-    number = ++last_frame_;
+    outcome.number = ++last_frame_;
     // Before the robots are prepared, nobody knows what of the frame is theirs.
     std::vector<perception::TrackChange> changes;
     if (seen.is_prepared) {
@@ -275,6 +274,8 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
       refused.revision = world_->Snapshot()->revision();
       return refused;
     }
+    gone_.ForgetAfter(kKeepTime, frame.stamp);
+    for (const collision::WorldObjectPtr& object : written->removed) gone_.Add(object, frame.stamp);
     outcome.revision = written->revision;
     outcome.changes = std::move(written->changes);
     outcome.changes.Append(std::exchange(comparison.interpreted, {}));
@@ -289,7 +290,7 @@ absl::StatusOr<FrameOutcome> LiveWorld::Process(const Session& session, std::uin
   const std::chrono::duration<double, std::milli> delay =
       std::chrono::system_clock::now() - frame.stamp;
   session->NoteProcessed(
-      std::make_shared<const DisplayFrame>(DisplayFrame{.number = number,
+      std::make_shared<const DisplayFrame>(DisplayFrame{.number = outcome.number,
                                                         .sensor = calibration.sensor,
                                                         .stamp = frame.stamp,
                                                         .X_WC = evidence.X_WC,
@@ -341,17 +342,12 @@ absl::StatusOr<LiveWritten> LiveWorld::Publish(const std::vector<perception::Tra
   if (changes.empty() && !has_robot_states) {
     return LiveWritten{.revision = world_->Snapshot()->revision()};
   }
-  auto written = Commit(*world_,
-                        {.bodies = table,
-                         .changes = changes,
-                         .sensor = sensor,
-                         .takes_robot_states = has_robot_states},
-                        movers_);
-  if (!written.ok()) return written.status();
-  const Clock::time_point now = Clock::now();
-  gone_.ForgetAfter(kKeepTime, now);
-  for (const collision::WorldObjectPtr& object : written->removed) gone_.Add(object, now);
-  return written;
+  return Commit(*world_,
+                {.bodies = table,
+                 .changes = changes,
+                 .sensor = sensor,
+                 .takes_robot_states = has_robot_states},
+                movers_);
 }
 
 void LiveWorld::PublishFacts(const perception::StepResult& step, const BodyTable& bodies) {
@@ -405,7 +401,7 @@ void LiveWorld::StartRegions() {
     next = std::move(regions_.front());
     regions_.pop_front();
   }
-  const bool is_taken = services_.run_beside([self = shared_from_this(), next] {
+  const bool is_taken = StartBeside([self = shared_from_this(), next] {
     self->InterpretRegion(next.session, *next.job);
     self->StartRegions();
   });
@@ -452,9 +448,11 @@ bool LiveWorld::ForgetGone(Clock::time_point now) {
   for (const Session& session : Sessions()) {
     const Clock::duration silent = now - session->last_active();
     if (session->is_tracked()) {
+      // A stream in lockstep may wait for its turn.
+      const bool may_wait = session->is_streaming() && session->calibration().in_lockstep;
       const bool is_gone = silent > (session->is_streaming() ? Clock::duration(kSilentTime)
                                                              : Clock::duration(kGoneTime));
-      if (is_gone) ForgetMovers(*session);
+      if (is_gone && !may_wait) ForgetMovers(*session);
       is_any_tracked |= session->is_tracked();
     }
     if (session->is_streaming() || silent < kKeepTime) continue;

@@ -22,6 +22,7 @@
 #include "server/core/live/gone_objects.h"
 #include "server/core/live/live_commit.h"
 #include "server/core/live/live_frame.h"
+#include "server/core/live/lockstep.h"
 #include "server/core/live/region_ingest.h"
 #include "server/core/live/sensor_agreement.h"
 #include "server/core/live/sensor_place.h"
@@ -56,6 +57,9 @@ class SensorStream {
   // Frames that are refused are answered by the outcome. Errors end the stream: NotFound
   // WORLD_DELETED, Aborted SENSOR_TAKEN_OVER.
   absl::StatusOr<FrameOutcome> Process(const LiveFrame& frame);
+  // A frame in lockstep: Process between the two. See Lockstep.
+  void BeginTurn(Lockstep::Callback begin);
+  void EndTurn(Lockstep::Callback end);
   // See SensorSession::Hold.
   void Hold(MemoryCharge view) { session_->Hold(std::move(view)); }
   // Counts a frame that a newer one replaced, or that was refused before Process.
@@ -147,6 +151,8 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
   void FinishFusion(const FusionJob& job, const std::vector<std::string>& replaced);
   void ForgetAgreement(const std::string& sensor);
   void StartRegions();
+  // As LiveServices::run_beside; frames in lockstep wait for the end of the task.
+  bool StartBeside(std::function<void()> task);
   // True if something runs or waits beside the frames that may change what later ones see.
   bool RunsBeside() const;
   void InterpretRegion(const Session& session, const RegionJob& job);
@@ -160,6 +166,7 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
   BodyNumbers numbers_;
   RobotShapes shapes_;
   std::stop_source stop_;
+  Lockstep lockstep_;
 
   mutable std::mutex sensors_mutex_;  // a leaf
   std::map<std::string, Session> sessions_;

@@ -58,6 +58,7 @@ TEST_F(LiveWorlds, AnswerEachFrameOfASensor) {
     const Time stamp = begin_ + i * kFrameTime;
     const FrameResult result = stream.Process(Depths(), {.stamp = stamp});
     EXPECT_EQ(result.frame, i);
+    EXPECT_EQ(result.sequence_number, i + 1);
     EXPECT_EQ(result.stamp, stamp);
     EXPECT_EQ(result.fate, FrameFate::kProcessed) << result.reason << ": " << result.message;
     EXPECT_EQ(SumOf(result.pixels), kWidth * kHeight);

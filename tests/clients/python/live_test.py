@@ -55,6 +55,15 @@ class Sensors(ServerCase):
         self.assertEqual((sensor.name, sensor.processed_count), ("overhead", 3))
         self.assertIsNone(sensor.mount)
 
+    def test_frames_in_lockstep_are_numbered_and_answered_when_all_is_done(self):
+        with self.stream(lockstep=True) as frames:
+            for k in range(5):
+                result = frames.process(depths(), self.begin + k * FRAME_S)
+                self.assertEqual(result.sequence_number, k + 1)
+                self.assertFalse(result.interpreting)
+            late = frames.process(depths(), self.begin)
+            self.assertEqual((late.reason, late.sequence_number), ("STALE_FRAME", 0))
+
     def test_frames_of_one_thread_are_answered_in_another(self):
         frames = self.stream()
         image = np.full((HEIGHT, WIDTH), 1.0, np.float32)

@@ -28,7 +28,7 @@ WorldObjectPtr Object(const std::string& name, const Shape& shape) {
 
 TEST(GoneObjects, OneThatWasAwayAloneIsItself) {
   GoneObjects gone;
-  const Clock::time_point now = Clock::now();
+  const perception::Stamp now{std::chrono::hours(1)};
   const WorldObjectPtr can = Object("can", kCan);
   gone.Add(can, now);
   gone.Add(Object("carton", kCarton), now);
@@ -40,7 +40,7 @@ TEST(GoneObjects, OneThatWasAwayAloneIsItself) {
 
 TEST(GoneObjects, OneOfTwoTwinsThatWereAwayMayBeTheOther) {
   GoneObjects gone;
-  const Clock::time_point now = Clock::now();
+  const perception::Stamp now{std::chrono::hours(1)};
   const WorldObjectPtr can_1 = Object("can_1", kCan);
   const WorldObjectPtr can_2 = Object("can_2", kCan);
   gone.Add(can_1, now);
@@ -58,14 +58,14 @@ TEST(GoneObjects, ATwinThatIsLostMayBeTheOneThatIsSeen) {
   GoneObjects gone;
   const WorldObjectPtr lost[] = {Object("can_1", kCan), Object("carton", kCarton)};
   const WorldObjectPtr can_2 = Object("can_2", kCan);
-  gone.Add(can_2, Clock::now());
+  gone.Add(can_2, perception::Stamp());
   EXPECT_THAT(gone.SeenAgain(*can_2, lost), UnorderedElementsAre("can_1", "can_2"));
   EXPECT_FALSE(gone.IsCertain("can_1"));
 }
 
 TEST(GoneObjects, WhatIsAwayForLongIsForgotten) {
   GoneObjects gone;
-  const Clock::time_point now = Clock::now();
+  const perception::Stamp now{std::chrono::hours(1)};
   const WorldObjectPtr can_1 = Object("can_1", kCan);
   gone.Add(can_1, now);
   gone.Add(Object("can_2", kCan), now + seconds(50));

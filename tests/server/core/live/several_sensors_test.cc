@@ -204,6 +204,17 @@ TEST_F(SensorsTest, TheEstimateBringsAWrongSensorBack) {
   ExpectNothingChanges(40);
 }
 
+TEST_F(SensorsTest, FramesAreNumberedInTheOrderInWhichTheWorldTookThem) {
+  for (const std::size_t s : {0, 1}) Open(s, TruePose(s));
+  std::uint64_t last = 0;
+  for (const std::size_t s : {0, 1, 1, 0, 1}) EXPECT_EQ(Process(s).number, ++last);
+  --frame_[0];
+  const FrameOutcome stale = Process(0);
+  EXPECT_EQ(stale.fate, FrameFate::kRefused);
+  EXPECT_EQ(stale.number, 0U);
+  EXPECT_EQ(Process(0).number, ++last);
+}
+
 // Who waits for it before the next frame gets the same world from the same frames.
 TEST_F(SensorsTest, AnAnswerTellsThatSomethingRunsBesideTheFrames) {
   runs_at_once_ = false;
