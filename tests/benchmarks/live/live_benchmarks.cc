@@ -23,6 +23,7 @@ std::vector<std::pair<std::string, std::function<void(Report&)>>> LiveParts(
           {"real", MeasureLiveReal},
           {"fusion", repeated(4, MeasureLiveFusion)},
           {"order", repeated(4, MeasureLiveOrder)},
+          {"trace", repeated(4, MeasureLiveTrace)},
           {"soak", [soak_minutes](Report& report) { MeasureLiveSoak(soak_minutes, report); }}};
 }
 

@@ -61,12 +61,15 @@ void MeasureLiveFusion(const SceneOptions& options, Report& report);
 // Late, doubled, swapped and lost frames against the processed ones alone: live_order.
 void MeasureLiveOrder(const SceneOptions& options, Report& report);
 
+// Traces of three sensors that stream at once, replayed: live_order_sensors.
+void MeasureLiveTrace(const SceneOptions& options, Report& report);
+
 // Memory and latency over time: live_soak, live_soak_p95_ratio. The first third warms up.
 void MeasureLiveSoak(double minutes, Report& report);
 
 struct LiveBenchmarkOptions {
-  // For which truth, arm, fusion and order begin new scenes, and the length of the soak; empty: 3,
-  // 3, 4, 4 and 30.
+  // For which truth, arm, fusion, order and trace begin new scenes, and the length of the soak;
+  // empty: 3, 3, 4, 4, 4 and 30.
   std::optional<double> minutes = {};
   std::string samples = {};  // as in SceneOptions
 };

@@ -17,11 +17,10 @@ constexpr char kUsage[] =
     "cwm-bench-live [PART...] [--minutes N] [--samples FILE] [--server PROGRAM] [--json FILE]\n"
     "PART is all (without the soak), yardstick, change, static, revisions, cpu, load, truth, "
     "hand,\n"
-    "arm, real, fusion, order or soak. truth, arm, fusion and order repeat scenes: they begin "
-    "none\n"
-    "after N minutes (3, 3, 4, 4), and with FILE they go on after the scenes that it has, and add\n"
-    "theirs, so that the figures are those of all calls. The soak takes N minutes (30). --server\n"
-    "measures another cwm-server than the one beside this program.\n";
+    "arm, real, fusion, order, trace or soak. truth, arm, fusion, order and trace repeat scenes:\n"
+    "they begin none after N minutes (3, 3, 4, 4, 4), and with FILE they go on after the scenes\n"
+    "that it has, and add theirs, so that the figures are those of all calls. The soak takes N\n"
+    "minutes (30). --server measures another cwm-server than the one beside this program.\n";
 
 }  // namespace
 

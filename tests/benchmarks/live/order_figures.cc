@@ -2,6 +2,7 @@
 // processed ones alone.
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "tests/benchmarks/live/live_benchmarks.h"
 #include "tests/benchmarks/live/live_scenes.h"
 #include "tests/benchmarks/live/live_world.h"
+#include "tests/benchmarks/live/world_bytes.h"
 #include "tests/benchmarks/running_server.h"
 #include "tests/benchmarks/server/server_benchmarks.h"
 
@@ -64,26 +66,10 @@ std::vector<Sent> InDisorder(perception::SequenceScript script, std::uint64_t se
 }
 
 struct Run {
-  std::vector<std::string> objects = {};  // the bytes of each; empty after a failure
+  std::optional<WorldBytes> world = {};  // empty after a failure
   std::vector<Sent> processed = {};
   int refused = 0;
 };
-
-// The objects without the identifiers that are drawn anew in each world, and the revision.
-std::vector<std::string> BytesOf(const LiveWorld& world) {
-  v1::ListObjectsRequest request;
-  request.set_world(kLiveWorld);
-  const client::Connection& connection = world.server().connection();
-  const auto list =
-      connection.Call(&v1::WorldService::Stub::ListObjects, connection.worlds(), request);
-  if (!list.ok() || !list->next_page_token().empty() || list->objects().empty()) return {};
-  std::vector<std::string> bytes = {std::to_string(list->revision())};
-  for (v1::Object object : list->objects()) {
-    object.clear_uid();
-    bytes.push_back(object.SerializeAsString());
-  }
-  return bytes;
-}
 
 // Sends each frame when the one before is answered and what it began is interpreted, to a server
 // on so many cores; 0: all.
@@ -103,23 +89,8 @@ Run Send(const std::vector<std::vector<TrueFrame>>& frames, const std::vector<Se
     if (answer->is_processed()) run.processed.push_back(each);
     run.refused += answer->response.fate() == v1::FRAME_FATE_REFUSED;
   }
-  run.objects = BytesOf(world);
+  run.world = BytesOf(world.server().connection(), kLiveWorld);
   return run;
-}
-
-std::string FirstDifference(const Run& a, const Run& b) {
-  if (a.objects.size() != b.objects.size()) {
-    return std::to_string(a.objects.size() - 1) + " objects for " +
-           std::to_string(b.objects.size() - 1);
-  }
-  for (std::size_t i = 0; i < a.objects.size(); ++i) {
-    if (a.objects[i] == b.objects[i]) continue;
-    if (i == 0) return "revision " + a.objects[0] + " for " + b.objects[0];
-    v1::Object one, other;
-    if (!one.ParseFromString(a.objects[i]) || !other.ParseFromString(b.objects[i])) break;
-    return one.ShortDebugString() + " for " + other.ShortDebugString();
-  }
-  return "nothing";
 }
 
 // Two runs with the frames in one disorder, on one core and on all, and one with the frames that
@@ -130,7 +101,7 @@ bool MeasureDisorder(const std::vector<std::vector<TrueFrame>>& frames,
   const Run again = Send(frames, sent, 0);
   const Run alone = Send(frames, disordered.processed, 0);
   for (const Run* run : {&disordered, &again, &alone}) {
-    if (run->objects.empty()) {
+    if (!run->world) {
       report.Fail("a stream in disorder ended, or its world is empty");
       return false;
     }
@@ -140,12 +111,12 @@ bool MeasureDisorder(const std::vector<std::vector<TrueFrame>>& frames,
     return false;
   }
   for (const Run* run : {&disordered, &again}) {
-    const bool is_different = run->objects != alone.objects;
+    const bool is_different = *run->world != *alone.world;
     samples.Add("different", is_different ? 1 : 0);
     samples.Add("refused", run->refused);
-    samples.Add("objects", static_cast<double>(run->objects.size() - 1));
-    samples.Add("revision", std::stod(run->objects.front()));
-    if (is_different) report.Detail("  differs: " + FirstDifference(*run, alone));
+    samples.Add("objects", static_cast<double>(run->world->objects.size()));
+    samples.Add("revision", std::stod(run->world->revision));
+    if (is_different) report.Detail("  differs: " + FirstDifference(*run->world, *alone.world));
   }
   return true;
 }
@@ -173,7 +144,8 @@ void MeasureLiveOrder(const SceneOptions& options, Report& report) {
        .how =
            "of " + std::to_string(samples->Of("different").size()) +
            " runs with late, doubled, swapped and lost frames of two sensors, half of them on "
-           "one core, those whose objects differ in a byte from those of the processed frames "
+           "one core, those whose objects or events differ in a byte from those of the processed "
+           "frames "
            "alone; median " +
            std::to_string(static_cast<int>(Median(samples->Of("refused")))) + " refused frames, " +
            std::to_string(static_cast<int>(Median(samples->Of("revision")))) + " revisions and " +

@@ -5,7 +5,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <memory>
 #include <string>
@@ -41,13 +40,13 @@ class LockstepStreamsTest : public RunningServer {
   static v1::SensorFrame FrameOf(std::size_t sensor, int k) {
     v1::SensorFrame frame = WallFrame(SmallCamera(), kWall_m, kStart_s + k / 30.0);
     if (k < 5 || k > 30) return frame;
-    const int begin_px = k < 15 ? 2 * k : 30;
-    for (int v = 16; v < 32; ++v) {
-      for (int u = begin_px; u < begin_px + 16; ++u) {
-        const auto pixel = static_cast<std::size_t>(64 * v + u);
-        const float depth_m = kBlock_m + 0.01F * static_cast<float>(sensor);
-        std::memcpy(frame.mutable_depth()->data() + sizeof(float) * pixel, &depth_m, sizeof(float));
-      }
+    constexpr std::size_t kWidth_px = 64, kEdge_px = 16;
+    const std::size_t begin_px = k < 15 ? 2 * static_cast<std::size_t>(k) : 30;
+    const std::vector<float> row(kEdge_px, kBlock_m + 0.01F * static_cast<float>(sensor));
+    for (std::size_t v = kEdge_px; v < 2 * kEdge_px; ++v) {
+      frame.mutable_depth()->replace(
+          sizeof(float) * (kWidth_px * v + begin_px), sizeof(float) * kEdge_px,
+          reinterpret_cast<const char*>(row.data()), sizeof(float) * kEdge_px);
     }
     return frame;
   }
