@@ -17,7 +17,8 @@ constexpr int kMinRestFrames = 5;
 constexpr std::chrono::seconds kRetryTime{3};
 // chosen: a thing that a gripper holds or has just put down shows a part of itself, and so does what
 // reaches into the view, such as an arm; beside what has just moved may be what moved it. They are
-// interpreted when the gripper or the arm is away, or does not go for so long.
+// interpreted when the gripper or the arm is away, or does not go for so long. So is what was
+// interpreted before and made no body.
 constexpr double kMinRestOfCut_s = 3;
 // derived: the region of a thing that moved is asked for within this time.
 constexpr double kMovedTime_s = 2 * kMinRestOfCut_s;
@@ -194,10 +195,17 @@ std::vector<RegionRequest> TrackedRegions::RequestRested(const FrameEvidence& fr
   for (const HotRegion& region : frame.regions) {
     const bool has_moved =
         std::ranges::any_of(region.bodies, [this](BodyId body) { return moved_.contains(body); });
-    const bool is_cut = region.is_cut || has_moved || IsCut(frame, region);
-    const double least_rest_s = is_cut ? kMinRestOfCut_s : kMinRest_s;
+    const bool is_unmodelled = IsUnmodelled(region, *frame.classes);
+    const bool waits = region.is_cut || has_moved || is_unmodelled || IsCut(frame, region);
+    const double least_rest_s = waits ? kMinRestOfCut_s : kMinRest_s;
     if (region.rest_s < least_rest_s || region.rest_frames < kMinRestFrames) continue;
     if (std::ranges::any_of(region.bodies, is_moving)) continue;
+    const Stamp rests_since = Before(frame.stamp, region.rest_s);
+    const auto was_seen_so = [&](const Unmodelled& each) {
+      return each.interpreted >= rests_since ||
+             !std::ranges::binary_search(region.blocks, each.block);
+    };
+    if (is_unmodelled && std::ranges::all_of(unmodelled_, was_seen_so)) continue;
     // Things reach over the border of their blocks, so regions that are near each other may show
     // parts of one thing: the second waits for what the first one is found to be.
     const auto beside = Around(region.blocks, kSharedBlocks, *frame.classes);
@@ -231,9 +239,23 @@ void TrackedRegions::KeepRest(const FrameEvidence& frame) {
     }
   }
   std::ranges::sort(rested_, {}, &Rested::block);
+  // Blocks at outlines flicker.
+  const Stamp kept_since = Before(frame.stamp, kMinRest_s);
+  for (Unmodelled& each : unmodelled_) {
+    if (std::ranges::binary_search(rested_, each.block, {}, &Rested::block)) each.hot = frame.stamp;
+  }
+  std::erase_if(unmodelled_, [&](const Unmodelled& each) { return each.hot < kept_since; });
 }
 
-std::vector<std::int32_t> TrackedRegions::Finish(std::uint64_t request, bool succeeded) {
+bool TrackedRegions::IsUnmodelled(const HotRegion& region, const FrameClasses& classes) const {
+  if (unmodelled_.empty()) return false;
+  std::vector<std::int32_t> known;
+  for (const Unmodelled& each : unmodelled_) known.push_back(each.block);
+  return std::ranges::includes(Around(known, 1, classes), region.blocks);
+}
+
+std::vector<std::int32_t> TrackedRegions::Finish(std::uint64_t request, bool succeeded,
+                                                 std::span<const std::int32_t> unmodelled) {
   const auto found = pending_.find(request);
   if (found == pending_.end()) return {};
   const bool is_view = found->second.is_view;
@@ -241,6 +263,11 @@ std::vector<std::int32_t> TrackedRegions::Finish(std::uint64_t request, bool suc
   if (succeeded) {
     same = SameSince(request);
     if (is_view) knows_view_ = true;
+    for (const std::int32_t block : unmodelled) {
+      std::erase_if(unmodelled_, [block](const Unmodelled& each) { return each.block == block; });
+      unmodelled_.push_back({block, found->second.stamp, stamp_});
+    }
+    std::ranges::sort(unmodelled_, {}, &Unmodelled::block);
   } else {
     if (is_view) asked_for_view_ = false;
     not_before_ = stamp_ + kRetryTime;

@@ -26,8 +26,14 @@ class TrackedRegions {
   // The blocks of an open request that have stayed the same since it was made.
   std::vector<std::int32_t> SameSince(std::uint64_t request) const;
   // Ends a request; returns SameSince. Without success nothing is asked for some seconds, and then
-  // again.
-  std::vector<std::int32_t> Finish(std::uint64_t request, bool succeeded);
+  // again. The interpretation made no body of what `unmodelled` blocks of the request show: they
+  // stay open, and are not asked for again while they rest.
+  std::vector<std::int32_t> Finish(std::uint64_t request, bool succeeded,
+                                   std::span<const std::int32_t> unmodelled);
+
+  // True for a region of the last frame that has nothing new in it since no body was made of what it
+  // shows.
+  bool IsUnmodelled(const HotRegion& region, const FrameClasses& classes) const;
 
   // True once the whole view was interpreted, for a sensor that stands still.
   bool knows_view() const { return knows_view_; }
@@ -43,6 +49,12 @@ class TrackedRegions {
   struct Rested {
     std::int32_t block = 0;
     Stamp since = {};
+  };
+  // A hot block of which no body was made.
+  struct Unmodelled {
+    std::int32_t block = 0;
+    Stamp interpreted = {};  // the frame that was
+    Stamp hot = {};          // the last frame in which it was hot
   };
 
   std::vector<RegionRequest> RequestView(const FrameEvidence& frame);
@@ -62,7 +74,8 @@ class TrackedRegions {
   Pose X_WC_ = Pose::Identity();  // of the last frame
   std::uint64_t last_number_ = 0;
   std::map<std::uint64_t, Pending> pending_;
-  std::vector<Rested> rested_;     // hot blocks of the last frame, by block
+  std::vector<Rested> rested_;  // hot blocks of the last frame, by block
+  std::vector<Unmodelled> unmodelled_;
   std::map<BodyId, Stamp> moved_;  // when a body of the view moved last, for some seconds
 };
 

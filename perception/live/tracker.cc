@@ -17,7 +17,8 @@
 namespace cwm::perception {
 namespace {
 
-// chosen: a region with fewer points that nothing explains is left to the next frame.
+// chosen: a region with fewer points that nothing explains is left to the next frame, unless it has
+// rested and was interpreted: then it is no noise.
 constexpr std::size_t kMinMover_points = kThreeSamples;
 // chosen: so many points of a region determine a share to five percent.
 constexpr std::size_t kShareSample = 400;
@@ -25,6 +26,9 @@ constexpr std::size_t kShareSample = 400;
 // larger than needed, so that a mover that holds still makes no revision.
 constexpr double kStillCovered = 0.995;
 constexpr double kStillFilled = 0.7;
+// chosen: the noise of single points that small pieces may leave out, or be too large by.
+constexpr double kMaxLeftOut = 2;
+constexpr double kMaxUnfilled_m3 = 1e-4;
 // chosen: a carried body's shift that is worth a revision.
 constexpr double kMinCarried_m = 0.0003;
 // chosen: while its link holds still, what is seen of it must say that it is elsewhere by more.
@@ -161,7 +165,8 @@ bool IsTouched(const FrameEvidence& frame, const BodyEvidence& evidence, const K
 }
 
 // The points of regions that no moved body explains.
-PointLists UnexplainedPoints(const FrameEvidence& frame, const std::vector<PlacedSurface>& moved) {
+PointLists UnexplainedPoints(const FrameEvidence& frame, const TrackedRegions& regions,
+                             const std::vector<PlacedSurface>& moved) {
   PointLists lists;
   for (const HotRegion& region : frame.regions) {
     std::vector<Eigen::Vector3f> left = region.points_L;
@@ -171,7 +176,9 @@ PointLists UnexplainedPoints(const FrameEvidence& frame, const std::vector<Place
         return body.Explains(p_L, ExplainedWithin_m(frame.noise.AxialSigma_m(p_L.norm())));
       });
     }
-    if (left.size() >= kMinMover_points) lists.push_back(std::move(left));
+    const bool is_enough =
+        left.size() >= kMinMover_points || regions.IsUnmodelled(region, *frame.classes);
+    if (is_enough && !left.empty()) lists.push_back(std::move(left));
   }
   return lists;
 }
@@ -185,8 +192,14 @@ std::optional<std::vector<MoverPiece>> NewPieces(const PointLists& lists,
     return std::vector<MoverPiece>();
   }
   std::vector<MoverPiece> pieces = CoverByBoxes(lists, origin_W);
-  if (!published.empty() && CoveredShare(published, lists, origin_W) >= kStillCovered &&
-      Volume_m3(pieces) >= kStillFilled * Volume_m3(published)) {
+  if (published.empty()) return pieces;
+  double points = 0;
+  for (const std::vector<Eigen::Vector3f>& list : lists) points += static_cast<double>(list.size());
+  const double left_out = (1 - CoveredShare(published, lists, origin_W)) * points;
+  const double published_m3 = Volume_m3(published);
+  const double unfilled_m3 = published_m3 - Volume_m3(pieces);
+  if (left_out <= std::max(kMaxLeftOut, (1 - kStillCovered) * points) &&
+      unfilled_m3 <= std::max(kMaxUnfilled_m3, (1 - kStillFilled) * published_m3)) {
     return std::nullopt;
   }
   return pieces;
@@ -327,7 +340,8 @@ StepResult Tracker::Step(const FrameEvidence& frame, std::span<const KnownBody> 
     }
     if (tracked.facts() != before) result.facts_changed.push_back(id);
   }
-  auto pieces = NewPieces(UnexplainedPoints(frame, moved), sensor.pieces, frame.X_WC.translation());
+  auto pieces = NewPieces(UnexplainedPoints(frame, sensor.regions, moved), sensor.pieces,
+                          frame.X_WC.translation());
   if (pieces) {
     sensor.pieces = *pieces;
     result.changes.push_back(MoversChange(*std::move(pieces)));
@@ -343,10 +357,11 @@ std::vector<std::int32_t> Tracker::SameSince(const std::string& sensor,
 }
 
 std::vector<std::int32_t> Tracker::Finish(const std::string& sensor, std::uint64_t request,
-                                          bool succeeded) {
+                                          bool succeeded,
+                                          std::span<const std::int32_t> unmodelled) {
   const auto found = state_->sensors.find(sensor);
   if (found == state_->sensors.end()) return {};
-  return found->second.regions.Finish(request, succeeded);
+  return found->second.regions.Finish(request, succeeded, unmodelled);
 }
 
 std::vector<TrackChange> Tracker::ForgetSensor(const std::string& sensor) {

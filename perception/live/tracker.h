@@ -91,9 +91,11 @@ class Tracker {
   // Tells that the interpretation of a request is part of the world now, or, if not `succeeded`,
   // could not be made: then it is asked for again after some seconds. Returns the blocks of the
   // request that have stayed the same since: what they show is known, and the sensor's view should
-  // accept it (SensorView::Accept).
+  // accept it (SensorView::Accept), but for those that are `unmodelled`: no body was made of what
+  // they show (UnmodelledBlocks). That is a mover until it changes, and is not asked for again.
   std::vector<std::int32_t> Finish(const std::string& sensor, std::uint64_t request,
-                                   bool succeeded = true);
+                                   bool succeeded = true,
+                                   std::span<const std::int32_t> unmodelled = {});
 
   // Forgets a sensor that no longer streams: its movers are gone (a change), its evidence is void.
   std::vector<TrackChange> ForgetSensor(const std::string& sensor);

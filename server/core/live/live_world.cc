@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "perception/live/unmodelled_blocks.h"
 #include "server/core/error.h"
 #include "server/core/live/frame_stages.h"
 
@@ -418,12 +419,23 @@ void LiveWorld::InterpretRegion(const Session& session, const RegionJob& job) {
   };
   const auto outcome =
       IngestRegion(*world_, job, services_.interpret, same_since, stop_.get_token());
+  const std::shared_ptr<const BodyTable> bodies = numbers_.TableOf(world_->Tip());
+  const auto drop = [](std::vector<std::int32_t>& blocks, const std::vector<std::int32_t>& these) {
+    std::erase_if(blocks,
+                  [&](std::int32_t block) { return std::ranges::binary_search(these, block); });
+  };
+  std::vector<std::int32_t> unmodelled;
+  if (outcome.ok() && !job.request.is_whole_view && !job.request.is_new_surface) {
+    unmodelled = perception::UnmodelledBlocks(job.frame, job.request.blocks, bodies->bodies);
+    drop(unmodelled, outcome->open_blocks);
+  }
   SensorComparison& comparison = session->comparison;
   const std::lock_guard comparing(comparison.mutex);
   const std::lock_guard sequence(sequencer_);
   region_runs_ = false;
   --regions_asked_;
-  std::vector<std::int32_t> same = tracker_.Finish(job.sensor, job.request.number, outcome.ok());
+  std::vector<std::int32_t> same =
+      tracker_.Finish(job.sensor, job.request.number, outcome.ok(), unmodelled);
   if (!outcome.ok()) return;
   comparison.interpreted.Append(outcome->changes);
   for (const collision::WorldObjectPtr& object : outcome->returned) {
@@ -431,13 +443,11 @@ void LiveWorld::InterpretRegion(const Session& session, const RegionJob& job) {
   }
   // Another camera has another view.
   if (comparison.view == nullptr || comparison.camera != job.frame.camera) return;
-  const auto is_open = [&](std::int32_t block) {
-    return std::ranges::binary_search(outcome->open_blocks, block);
-  };
   std::vector<std::int32_t> interpreted = job.request.blocks;
-  std::erase_if(interpreted, is_open);
-  std::erase_if(same, is_open);
-  comparison.view->Remember(job.frame, interpreted, numbers_.TableOf(world_->Tip())->bodies);
+  drop(interpreted, outcome->open_blocks);
+  drop(same, outcome->open_blocks);
+  drop(same, unmodelled);
+  comparison.view->Remember(job.frame, interpreted, bodies->bodies);
   if (job.request.is_whole_view) comparison.view->ForgetHidden(job.frame);
   comparison.view->NoteInterpreted(job.frame, job.request.blocks);
   if (!same.empty()) comparison.view->Accept(same);

@@ -404,6 +404,39 @@ TEST(LiveWorldTest, WhatStaysIsAskedForAgainThoughSomethingBesideItLeft) {
   EXPECT_LT(after->bounds_W.max().z(), tea_W.max().z() + 0.01);
 }
 
+TEST(LiveWorldTest, WhatIsTooSmallForAnObjectStaysAMoverWhileItIsThere) {
+  SequenceScript script = Kitchen(6);
+  const Aabb tea_W = BoundsInWorld(script.scene.objects[ObjectNamed(script, "tea")]);
+  const Vector3 size(0.02, 0.02, 0.03);
+  const Vector3 place(tea_W.center().x(), tea_W.max().y() + 0.1, tea_W.min().z() + size.z() / 2);
+  script.scene.objects.push_back({.name = "peg", .parts = {{.shape = Box{size}}}});
+  const std::size_t peg = script.scene.objects.size() - 1;
+  script.events.push_back(
+      {.object = peg,
+       .begin_s = 1.5,
+       .end_s = 1.5,
+       .what = perception::AppearEvent{MakeTranslation(place.x(), place.y(), place.z())}});
+  script.events.push_back(
+      {.object = peg, .begin_s = 5, .end_s = 5, .what = perception::VanishEvent{}});
+  LiveRun run(script);
+  for (int k = 0; k < 20; ++k) run.Process(k);
+  const int objects = run.CountOf(ObjectKind::kObject);
+  EXPECT_EQ(run.CountOf(ObjectKind::kMover), 0);
+  for (int k = 20; k < 36; ++k) run.Process(k);
+  const int interpreted = run.interpreted();
+  std::int64_t revision = 0;
+  for (int k = 36; k < 75; ++k) {
+    run.Process(k);
+    EXPECT_EQ(run.CountOf(ObjectKind::kMover), 1) << "frame " << k;
+    if (k == 50) revision = run.revision();
+  }
+  EXPECT_EQ(run.interpreted(), interpreted) << "it is asked for once";
+  EXPECT_EQ(run.revision(), revision) << "it rests";
+  EXPECT_EQ(run.CountOf(ObjectKind::kObject), objects);
+  for (int k = 75; k < 78; ++k) run.Process(k);
+  EXPECT_EQ(run.CountOf(ObjectKind::kMover), 0);
+}
+
 TEST(LiveWorldTest, SensorsThatAreGoneMakeRoomForOthers) {
   const auto world = std::make_shared<World>("w", "uid", Retention{});
   const auto live = std::make_shared<LiveWorld>(world, LiveServices{});
