@@ -9,6 +9,7 @@
 int main(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);  // so that `cwm objects | head` ends quietly
   std::ios::sync_with_stdio(false);
+  std::cin.tie(nullptr);  // a thread that reads must not flush what another one is writing
   const cwm::cli::Streams streams{.in = std::cin,
                                   .out = std::cout,
                                   .err = std::cerr,

@@ -158,6 +158,7 @@ void StreamFeed::SendStates(double time_s) {
     const auto stream = states_.find(robot);
     if (stream == states_.end() || stream->second->Send(std::move(batch))) continue;
     const auto end = stream->second->Finish();
+    const std::lock_guard lock(mutex_);  // answers are printed meanwhile
     progress_.Clear();
     session_.Warn(absl::StrCat("the states of the robot ", robot,
                                " are no longer sent: ", std::string(end.status().message())));

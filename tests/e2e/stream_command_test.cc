@@ -46,6 +46,7 @@ TEST_F(StreamCommand, AnswersEachFrameOfASequence) {
   for (std::size_t i = 0; i < answers.size(); ++i) {
     EXPECT_EQ(answers[i].at("frame"), std::to_string(i));
     EXPECT_EQ(answers[i].at("fate"), "FRAME_FATE_PROCESSED") << answers[i];
+    EXPECT_EQ(answers[i].at("sequence_number"), std::to_string(i + 1));
     EXPECT_FALSE(answers[i].at("stages").empty());
   }
   const json sensors = CwmJson({"sensors"}).at("sensors");
@@ -77,6 +78,13 @@ TEST_F(StreamCommand, FollowsWhatItHasFound) {
   ASSERT_FALSE(objects.empty());
   EXPECT_EQ(objects[0].at("motion"), "MOTION_AT_REST");
   EXPECT_THAT(Cwm({"objects"}).out, HasSubstr("at rest"));
+}
+
+TEST_F(StreamCommand, InLockstepHasFoundTheThingsWhenItEnds) {
+  const ProcessResult run = Cwm({"stream", Sequence(), "--lockstep", "-o", "ndjson"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  for (const json& answer : Lines(run.out)) EXPECT_EQ(answer.at("interpreting"), false);
+  EXPECT_FALSE(CwmJson({"objects", "--kind", "object"}).at("objects").empty());
 }
 
 TEST_F(StreamCommand, ReadsAListOfFiles) {
