@@ -19,6 +19,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 constexpr int kWidth = 160, kHeight = 120;
+constexpr std::size_t kPixels = std::size_t{kWidth} * kHeight;
 constexpr milliseconds kFrameTime(33);
 
 // A camera 1 m above the floor that looks straight down.
@@ -34,9 +35,9 @@ SensorCalibration DownwardCamera() {
 
 // The floor with a block of 10 cm on it, in millimetres.
 std::vector<std::uint16_t> Depths() {
-  std::vector<std::uint16_t> depths(kWidth * kHeight, 1000);
-  for (int v = 50; v < 70; ++v) {
-    for (int u = 70; u < 90; ++u) depths[static_cast<std::size_t>(v * kWidth + u)] = 900;
+  std::vector<std::uint16_t> depths(kPixels, 1000);
+  for (std::size_t v = 50; v < 70; ++v) {
+    for (std::size_t u = 70; u < 90; ++u) depths[v * kWidth + u] = 900;
   }
   return depths;
 }
@@ -82,7 +83,7 @@ TEST_F(LiveWorlds, AnswerFramesOfOneThreadToAnother) {
   SensorStream stream = world_.StreamSensor(calibration);
   constexpr int kFrames = 20;
   std::thread sender([&] {
-    const std::vector<float> depths(kWidth * kHeight, 1.0F);
+    const std::vector<float> depths(kPixels, 1.0F);
     for (int i = 0; i < kFrames; ++i) stream.Send(depths, {.stamp = begin_ + i * kFrameTime});
     stream.Finish();
   });
@@ -114,7 +115,7 @@ TEST_F(LiveWorlds, RefuseImagesUnlikeTheCalibrationBeforeTheyAreSent) {
   EXPECT_EQ(size.code(), ErrorCode::kInvalidArgument);
   EXPECT_THAT(size.what(), HasSubstr("depths: are 7, must be 19200"));
   const Error type =
-      ErrorOf([&] { stream.Send(std::vector<float>(kWidth * kHeight, 1.0F), {.stamp = begin_}); });
+      ErrorOf([&] { stream.Send(std::vector<float>(kPixels, 1.0F), {.stamp = begin_}); });
   EXPECT_THAT(type.what(), HasSubstr("must be of calibration.depth_type"));
   SensorCalibration empty = DownwardCamera();
   empty.width = 0;

@@ -10,7 +10,6 @@ namespace {
 using collision::WorldObject;
 using collision::WorldObjectPtr;
 using std::chrono::seconds;
-using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::UnorderedElementsAre;
 
