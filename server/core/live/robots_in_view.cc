@@ -90,17 +90,6 @@ RobotAtFrame AtStamp(const collision::WorldRobotPtr& robot, const RobotStates& s
   return at;
 }
 
-std::string MissingText(const RobotAtFrame& at) {
-  if (at.state.reason == "ROBOT_STATE_STALE") {
-    return absl::StrCat("the states of the robot \"", at.robot->name,
-                        "\" around the frame's stamp are too old or too far apart: nothing within "
-                        "its reach is added");
-  }
-  return absl::StrCat("there is no state of the robot \"", at.robot->name,
-                      "\" for the frame's stamp (StreamRobotStates tells them): nothing within its "
-                      "reach is added");
-}
-
 std::string PreparedText(const RobotAtFrame& at) {
   return absl::StrCat("the robot \"", at.robot->name,
                       "\" is new, and its shapes are being prepared for this sensor's frames, "
@@ -148,6 +137,23 @@ std::vector<perception::RobotLinks> LinksInView(std::span<const RobotAtFrame> ro
                    .links = at.links});
   }
   return all;
+}
+
+std::string MissingStateText(const RobotAtFrame& at) {
+  const std::string& robot = at.robot->name;
+  if (at.state.reason != "ROBOT_STATE_STALE") {
+    return absl::StrCat("there is no state of the robot \"", robot,
+                        "\" for the frame's stamp (StreamRobotStates tells them)");
+  }
+  if (at.state.late > RobotStates::kMaxExtrapolation) {
+    const auto late = std::chrono::ceil<std::chrono::milliseconds>(at.state.late);
+    return absl::StrCat("the newest state of the robot \"", robot, "\" is ", late.count(),
+                        " ms older than the frame, must be at most ",
+                        RobotStates::kMaxExtrapolation.count(), " ms older");
+  }
+  return absl::StrCat("the states of the robot \"", robot,
+                      "\" before and after the frame's stamp are too far apart, must be at most ",
+                      RobotStates::kMaxGap.count(), " ms apart");
 }
 
 std::vector<RobotAtFrame> RobotsAt(const collision::WorldSnapshot& snapshot,
@@ -225,8 +231,9 @@ RobotsSeen RobotsInView::Mask(const perception::RobotFrame& frame,
     }
     if (!seen.reason.empty()) continue;  // the first robot's fault is told
     if (sighting.fault == perception::RobotStateFault::kMissing) {
-      seen.reason = at.state.reason.empty() ? "ROBOT_STATE_MISSING" : at.state.reason;
-      seen.message = is_prepared ? MissingText(at) : PreparedText(at);
+      seen.reason = is_prepared ? at.state.reason : "ROBOT_STATE_MISSING";
+      seen.message = is_prepared ? MissingStateText(at) + ": nothing within its reach is added"
+                                 : PreparedText(at);
     } else if (sighting.fault == perception::RobotStateFault::kWrong) {
       seen.reason = "ROBOT_STATE_WRONG";
       seen.message = WrongText(at, sighting);

@@ -54,6 +54,9 @@ struct RobotAtFrame {
 std::vector<RobotAtFrame> RobotsAt(const collision::WorldSnapshot& snapshot,
                                    const RobotStates& states, perception::Stamp stamp);
 
+// Says why the state of the robot is missing.
+std::string MissingStateText(const RobotAtFrame& at);
+
 // The known bodies with those that robots carry at the stamp's place.
 std::vector<perception::KnownBody> BodiesAt(const BodyTable& table,
                                             std::span<const RobotAtFrame> robots);

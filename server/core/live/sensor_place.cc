@@ -21,11 +21,10 @@ absl::StatusOr<SensorPlace> PlaceOnRobot(const SensorMount& mount,
                      {.reason = "ROBOT_STATE_MISSING"});
   }
   if (carrier->state.source == perception::StateSource::kMissing) {
-    return MakeError(
-        absl::StatusCode::kFailedPrecondition,
-        absl::StrCat("no state of the robot \"", mount.robot, "\" tells where the link ",
-                     mount.link, " was at the frame's stamp"),
-        {.reason = carrier->state.reason});
+    return MakeError(absl::StatusCode::kFailedPrecondition,
+                     absl::StrCat(MissingStateText(*carrier), ": nothing tells where the link ",
+                                  mount.robot, "/", mount.link, " was, which carries the sensor"),
+                     {.reason = carrier->state.reason});
   }
   const perception::LinkAtStamp& at = carrier->links[static_cast<std::size_t>(*link)];
   SensorPlace place{.X_WC = at.X_WL * mount.X_LC, .V_WC = at.V_WL};

@@ -145,9 +145,13 @@ TEST_F(LiveRobotTest, StatesThatAreMissingOrStaleAreTold) {
   EXPECT_EQ(Process(100, 1.0).reason, "");
   const FrameOutcome late = Process(400, 1.0);
   EXPECT_EQ(late.reason, "ROBOT_STATE_STALE");
-  EXPECT_THAT(late.message, HasSubstr("arm"));
+  EXPECT_THAT(late.message, HasSubstr("state of the robot \"arm\" is 300 ms older"));
   EXPECT_NEAR(late.robot_state_age_ms.value_or(0), 300, 1e-6);
   EXPECT_EQ(late.fate, FrameFate::kProcessed);
+  Tell(700, 1.2);
+  const FrameOutcome between = Process(500, 1.0);
+  EXPECT_EQ(between.reason, "ROBOT_STATE_STALE");
+  EXPECT_THAT(between.message, HasSubstr("must be at most 200 ms apart"));
 }
 
 TEST_F(LiveRobotTest, AStateThatTheRaysContradictIsTold) {
@@ -184,6 +188,10 @@ TEST_F(LiveRobotTest, ASensorOnALinkIsWhereTheLinkWasAtTheStamp) {
   const FrameOutcome outcome = Process(150, std::nullopt);
   EXPECT_EQ(outcome.fate, FrameFate::kProcessed);
   EXPECT_TRUE(outcome.X_WC.translation().isApprox(Vector3(1, 0, 1.1 + 0.5), 1e-9));
+  const FrameOutcome late = Process(260, std::nullopt);
+  EXPECT_EQ(late.reason, "ROBOT_STATE_STALE");
+  EXPECT_THAT(late.message, HasSubstr("is 60 ms older than the frame, must be at most 20 ms"));
+  EXPECT_THAT(late.message, HasSubstr("arm/hand"));
 }
 
 TEST_F(LiveRobotTest, WhatItCarriesIsItsOwnAtTheStampsPlace) {
