@@ -109,7 +109,7 @@ absl::Status CheckProcessed(const StreamReport& report) {
   if (report.processed() > 0 || report.answered() == 0) return absl::OkStatus();
   std::vector<std::string> reasons;
   for (const auto& [reason, count] : report.reasons()) reasons.push_back(reason);
-  return absl::FailedPreconditionError(
+  return absl::InvalidArgumentError(
       absl::StrCat("none of ", report.answered(), " frames was processed",
                    reasons.empty() ? "" : ": ", absl::StrJoin(reasons, ", ")));
 }

@@ -28,6 +28,10 @@ constexpr const char* kFrameList = "frames.jsonl";
 constexpr const char* kGravityFile = "gravity-direction.txt";
 constexpr const char* kStateList = "joint_states.jsonl";
 constexpr std::string_view kPoseForm = "must be X,Y,Z,QX,QY,QZ,QW";
+// derived: nanoseconds since 1970 in 64 bits end there. Stamps in other units are far greater.
+constexpr double kMaxTime_s = 9e9;
+constexpr std::string_view kTimeRule =
+    "must be a finite number of seconds, at most 9e9 in magnitude";
 
 bool Exists(const fs::path& path) {
   std::error_code absent;
@@ -41,6 +45,8 @@ std::optional<double> FiniteNumber(std::string_view text) {
   }
   return value;
 }
+
+bool IsTime(double time_s) { return std::abs(time_s) <= kMaxTime_s; }
 
 // Orders names with numbers by their values: frame2 before frame10.
 bool NameLess(const fs::path& a, const fs::path& b) {
@@ -113,11 +119,11 @@ class JsonLine {
 
   bool Has(const char* key) const { return object_.contains(key) && !object_[key].is_null(); }
 
-  absl::StatusOr<double> Number(const char* key) const {
+  absl::StatusOr<double> Time(const char* key) const {
     const auto found = object_.find(key);
     if (found == object_.end()) return FileError(source_, {key, "", "is missing"});
-    if (found->is_number() && std::isfinite(found->get<double>())) return found->get<double>();
-    return FileError(source_, {key, found->dump(), "must be a finite number"});
+    if (found->is_number() && IsTime(found->get<double>())) return found->get<double>();
+    return FileError(source_, {key, found->dump(), std::string(kTimeRule)});
   }
 
   absl::StatusOr<std::vector<double>> Numbers(const char* key) const {
@@ -136,6 +142,9 @@ class JsonLine {
 
   absl::StatusOr<std::vector<std::string>> Texts(const char* key) const {
     std::vector<std::string> texts;
+    if (!object_[key].is_array()) {
+      return FileError(source_, {key, object_[key].dump(), "must be a list of names"});
+    }
     for (const Json& item : object_[key]) {
       if (!item.is_string()) return FileError(source_, {key, item.dump(), "must be names"});
       texts.push_back(item.get<std::string>());
@@ -171,7 +180,7 @@ absl::StatusOr<SequenceFrame> FrameOf(const JsonLine& line, const std::string& f
       {{"stamp", &frame.stamp_s}, {"delivery", &frame.delivery_s}}};
   for (const auto& [key, time] : times) {
     if (!line.Has(key)) continue;
-    const auto number = line.Number(key);
+    const auto number = line.Time(key);
     if (!number.ok()) return number.status();
     *time = *number;
   }
@@ -186,7 +195,7 @@ absl::StatusOr<SequenceFrame> FrameOf(const JsonLine& line, const std::string& f
 absl::StatusOr<SequenceState> StateOf(const JsonLine& line, const std::string& source) {
   SequenceState state{.robot = {}, .source = source};
   const auto robot = line.Text("robot");
-  const auto stamp_s = line.Number("stamp");
+  const auto stamp_s = line.Time("stamp");
   const auto values = line.Numbers("values");
   for (const absl::Status& status : {robot.status(), stamp_s.status(), values.status()}) {
     if (!status.ok()) return status;
@@ -195,7 +204,7 @@ absl::StatusOr<SequenceState> StateOf(const JsonLine& line, const std::string& s
   state.stamp_s = state.delivery_s = *stamp_s;
   state.values = *values;
   if (line.Has("delivery")) {
-    const auto delivery_s = line.Number("delivery");
+    const auto delivery_s = line.Time("delivery");
     if (!delivery_s.ok()) return delivery_s.status();
     state.delivery_s = *delivery_s;
   }
@@ -272,9 +281,8 @@ absl::StatusOr<std::optional<SequenceFrame>> ParseFrameLine(std::string_view lin
                       .source = source};
   if (words.size() > 1) {
     frame.stamp_s = FiniteNumber(words[1]);
-    if (!frame.stamp_s) {
-      return FileError(source,
-                       {"the stamp", std::string(words[1]), "must be a finite number of seconds"});
+    if (!frame.stamp_s || !IsTime(*frame.stamp_s)) {
+      return FileError(source, {"the stamp", std::string(words[1]), std::string(kTimeRule)});
     }
   }
   if (words.size() > 3) {

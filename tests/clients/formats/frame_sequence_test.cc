@@ -144,6 +144,12 @@ TEST(FrameSequence, MalformedLinesAreNamedByFileLineAndField) {
   for (const InvalidFile& invalid : std::vector<InvalidFile>{
            {"no number", "a.png soon", "the stamp is soon", "must be a finite number of seconds"},
            {"infinite", "a.png inf", "the stamp is inf", "must be a finite number of seconds"},
+           {"nanoseconds", "a.png 1796012928000000000", "the stamp is 1796012928000000000",
+            "must be a finite number of seconds, at most 9e9 in magnitude"},
+           {"nanoseconds of an object", R"({"file": "a", "stamp": 1796012928000000000})",
+            "stamp is 1796012928000000000", "at most 9e9 in magnitude"},
+           {"infinite delivery", R"({"file": "a", "delivery": 1e300})", "delivery is 1e+300",
+            "must be a finite number of seconds"},
            {"short pose", "a.png 1 1,2,3", "the pose is 1,2,3", "must be X,Y,Z,QX,QY,QZ,QW"},
            {"zero quaternion", "a.png 1 1,2,3,0,0,0,0", "the pose", "must be X,Y,Z,QX,QY,QZ,QW"},
            {"too much", "a.png 1 1,2,3,0,0,0,1 x", "the line", "must be FILE [STAMP [POSE]]"},
@@ -172,6 +178,10 @@ TEST(FrameSequence, MalformedFoldersAreRefused) {
   folder.Write("joint_states.jsonl", "{\"robot\": \"arm\", \"stamp\": 1, \"values\": 3}\n");
   EXPECT_THAT(std::string(ReadFrameFolder(folder.path()).status().message()),
               HasSubstr("joint_states.jsonl:1: values is 3, must be a list of numbers"));
+  folder.Write("joint_states.jsonl",
+               "{\"robot\": \"arm\", \"stamp\": 1, \"joints\": \"a\", \"values\": [1]}\n");
+  EXPECT_THAT(std::string(ReadFrameFolder(folder.path()).status().message()),
+              HasSubstr("joint_states.jsonl:1: joints is \"a\", must be a list of names"));
 }
 
 TEST(PoseFile, RotationsOfAnyAngleAreRead) {
