@@ -104,7 +104,23 @@ void FindHotBlocks(const std::size_t block_count, BlockCounts& blocks, FrameClas
 
 }  // namespace
 
-BodyPixels::BodyPixels() : counts_(static_cast<std::size_t>(kNoBody) + 1, PixelCounts()) {}
+BodyPixels::BodyPixels() : place_(static_cast<std::size_t>(kNoBody) + 1, 0), counts_(1) {}
+
+PixelCounts& BodyPixels::of(BodyId id) {
+  std::uint32_t& place = place_[id];
+  if (place == 0) {
+    place = static_cast<std::uint32_t>(counts_.size());
+    counted_.push_back(id);
+    counts_.emplace_back();
+  }
+  return counts_[place];
+}
+
+void BodyPixels::Clear() {
+  for (const BodyId id : counted_) place_[id] = 0;
+  counted_.clear();
+  counts_.resize(1);
+}
 
 void CompareFrame(const DepthImage& image, const DepthCamera& camera, const KnownView& known,
                   const RobotMask& robots, FrameClasses& classes, BodyPixels& by_body,

@@ -27,16 +27,20 @@ struct KnownView {
   Pose X_WC = Pose::Identity();  // used with `seen`
 };
 
-// Pixels by body and class; those of bodies that are not in view are 0.
+// Pixels by body and class. It keeps counts of those bodies alone that were counted, since ids are
+// many and a sensor sees few.
 class BodyPixels {
  public:
   BodyPixels();
-  PixelCounts& of(BodyId id) { return counts_[id]; }
-  const PixelCounts& of(BodyId id) const { return counts_[id]; }
-  void Clear(BodyId id) { counts_[id] = {}; }
+  // The reference holds until another body is counted.
+  PixelCounts& of(BodyId id);
+  const PixelCounts& of(BodyId id) const { return counts_[place_[id]]; }
+  void Clear();  // all counts are 0
 
  private:
-  std::vector<PixelCounts> counts_;
+  std::vector<std::uint32_t> place_;  // in `counts_`, by id; 0: the body was not counted
+  std::vector<BodyId> counted_;
+  std::vector<PixelCounts> counts_;  // the first one stays 0, the others are of `counted_`
 };
 
 // The counts of a block's pixels; `was_over` keeps the blocks that were hot by their own counts,

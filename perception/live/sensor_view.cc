@@ -374,7 +374,7 @@ FrameEvidence SensorView::Observe(const SensorFrame& frame, std::span<const Know
   state.TakeExpected(bodies, image, robots);
 
   const PixelRays rays(camera, state.X_WC);
-  for (const auto& [id, view] : state.bodies_in_view) state.by_body.Clear(id);
+  state.by_body.Clear();
   FrameClasses& classes = *state.FreshClasses();
   const KnownView known = {.expected_m = &state.expected_m,
                            .body = &state.body,

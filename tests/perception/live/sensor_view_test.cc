@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "perception/live/compare_frame.h"
 #include "perception/simulation/look_at.h"
 #include "tests/perception/live/still_sensor.h"
 
@@ -458,6 +459,24 @@ TEST(SensorView, GivesTheSameEvidenceForTheSameFrames) {
       EXPECT_EQ(a.bodies[i].points_L, b.bodies[i].points_L);
     }
   }
+}
+
+TEST(BodyPixelsTest, CountsTheBodiesOfOneFrameAlone) {
+  constexpr auto kNearer = static_cast<std::size_t>(PixelClass::kNearer);
+  BodyPixels pixels;
+  const BodyPixels& read = pixels;
+  pixels.of(kNoBody)[kNearer] += 5;
+  pixels.of(7)[kNearer] += 2;
+  pixels.of(kNoBody)[kNearer] += 1;
+  EXPECT_EQ(read.of(kNoBody)[kNearer], 6);
+  EXPECT_EQ(read.of(7)[kNearer], 2);
+  EXPECT_EQ(read.of(0), PixelCounts());
+  pixels.Clear();
+  EXPECT_EQ(read.of(kNoBody), PixelCounts());
+  EXPECT_EQ(read.of(7), PixelCounts());
+  pixels.of(8)[kNearer] += 3;
+  EXPECT_EQ(read.of(8)[kNearer], 3);
+  EXPECT_EQ(read.of(7), PixelCounts());
 }
 
 }  // namespace

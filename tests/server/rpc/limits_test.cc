@@ -7,6 +7,7 @@
 #include <string>
 #include <thread>
 
+#include "tests/server/rpc/depth_stream.h"
 #include "tests/server/rpc/running_server.h"
 
 namespace cwm::server {
@@ -72,6 +73,23 @@ TEST_F(LittleMemoryTest, RefusesWhatWorldsHaveNoRoomForAndGoesOn) {
   v1::DeleteWorldResponse deleted;
   ASSERT_TRUE(world_->DeleteWorld(&gone, deletion, &deleted).ok());
   EXPECT_TRUE(Apply(Spheres("again", 500)).ok());
+}
+
+TEST_F(LittleMemoryTest, CountsWhatASensorTakesBesideItsPixels) {
+  // A view of 192 pixels has tables of half a mebibyte.
+  std::list<DepthStream> streams;
+  grpc::Status status;
+  while (status.ok() && streams.size() < 40) {
+    DepthStream& stream = streams.emplace_back(*perception_);
+    const v1::SensorCalibration calibration =
+        SmallCamera("sensor_" + std::to_string(streams.size()), 16, 12);
+    stream.Send(calibration);
+    stream.Send(WallFrame(calibration, 2, 0));
+    if (!stream.Next().has_value()) status = stream.Finish();
+  }
+  EXPECT_EQ(ReasonIn(status), "MEMORY_EXHAUSTED") << status.error_message();
+  EXPECT_GT(streams.size(), 2U);
+  EXPECT_LE(streams.size(), 17U);
 }
 
 TEST_F(LittleMemoryTest, AnswersNoQueryAsIfARefusedOverlayHadNotBeenGiven) {
