@@ -20,6 +20,8 @@ constexpr std::chrono::seconds kRetryTime{3};
 // interpreted when the gripper or the arm is away, or does not go for so long. So is what was
 // interpreted before and made no body.
 constexpr double kMinRestOfCut_s = 3;
+// chosen: nobody holds a thing, or a hand, still for so long.
+constexpr double kMinRestOfHeld_s = 10;
 // derived: the region of a thing that moved is asked for within this time.
 constexpr double kMovedTime_s = 2 * kMinRestOfCut_s;
 // chosen: fewer pixels of robots beside a region, as a share of its own, cut nothing off.
@@ -200,10 +202,11 @@ std::vector<RegionRequest> TrackedRegions::RequestRested(const FrameEvidence& fr
     const double least_rest_s = waits ? kMinRestOfCut_s : kMinRest_s;
     if (region.rest_s < least_rest_s || region.rest_frames < kMinRestFrames) continue;
     if (std::ranges::any_of(region.bodies, is_moving)) continue;
-    const Stamp rests_since = Before(frame.stamp, region.rest_s);
+    const bool has_rested_long = region.rest_s >= kMinRestOfHeld_s;
+    const Stamp changed =
+        Before(frame.stamp, region.rest_s - (has_rested_long ? kMinRestOfHeld_s : 0));
     const auto was_seen_so = [&](const Unmodelled& each) {
-      return each.interpreted >= rests_since ||
-             !std::ranges::binary_search(region.blocks, each.block);
+      return each.interpreted >= changed || !std::ranges::binary_search(region.blocks, each.block);
     };
     if (is_unmodelled && std::ranges::all_of(unmodelled_, was_seen_so)) continue;
     // Things reach over the border of their blocks, so regions that are near each other may show
@@ -215,7 +218,8 @@ std::vector<RegionRequest> TrackedRegions::RequestRested(const FrameEvidence& fr
       continue;
     }
     RegionRequest request{.blocks = region.blocks,
-                          .bodies = ChangedBodies(frame, region, bodies, moved_)};
+                          .bodies = ChangedBodies(frame, region, bodies, moved_),
+                          .has_rested_long = has_rested_long};
     request.number = Ask(frame, region.blocks, false);
     requests.push_back(std::move(request));
   }

@@ -55,6 +55,8 @@ struct RegionRequest {
   // A moving sensor sees it for the first time: it may add things, and parts to what was seen in
   // part. A whole view if much of it is new.
   bool is_new_surface = false;
+  // It has rested for so long that nobody holds it: it need not look as if it could (MayRest).
+  bool has_rested_long = false;
 };
 
 struct TrackerState;  // a value: copies are independent

@@ -9,6 +9,7 @@
 #include "perception/cloud/tolerances.h"
 #include "perception/live/new_surfaces.h"
 #include "perception/live/region_cloud.h"
+#include "perception/live/static_balance.h"
 #include "server/core/ingest_plan.h"
 #include "server/core/stale_changes.h"
 
@@ -107,6 +108,31 @@ RegionNews NewsOf(const RegionJob& job, const perception::SceneInterpretation& s
   return news;
 }
 
+// By detected object: false if something must hold it.
+std::vector<bool> MayRest(const RegionJob& job, const perception::SceneInterpretation& scene) {
+  std::vector<bool> may_rest(scene.objects.size(), true);
+  for (std::size_t i = 0; i < may_rest.size() && !job.request.has_rested_long; ++i) {
+    const perception::DetectedObject& object = scene.objects[i];
+    if (object.supported_by < 0) continue;
+    const auto support = static_cast<std::size_t>(object.supported_by);
+    may_rest[i] = perception::MayRest(object.points_L, scene.supports[support].X_WO, job.frame);
+  }
+  return may_rest;
+}
+
+// What something holds is a hand or in one: it is no new thing, and no known one has become it.
+void KeepHeld(SceneMatch& match, const Scope& scope, const std::vector<bool>& may_rest) {
+  for (Association& association : match.associations) {
+    const bool is_held =
+        association.object >= 0 && !may_rest[static_cast<std::size_t>(association.object)];
+    if (!is_held || association.outcome == Outcome::kExplained) continue;
+    const bool is_present =
+        association.known >= 0 && static_cast<std::size_t>(association.known) < scope.present;
+    association.outcome = is_present ? Outcome::kKeep : Outcome::kExplained;
+    if (!is_present) association.known = -1;
+  }
+}
+
 // Restricts what the associations say to what the region shows. A detection that did not change is
 // no news: noise, and a view of a part, let the interpreter see it differently now.
 void Restrict(SceneMatch& match, const Scope& scope, const std::vector<double>& changed_shares) {
@@ -177,6 +203,7 @@ class RegionRun {
     } else {
       RegionNews news = NewsOf(job_, scene_, same_since_(job_));
       Restrict(match_, scope, news.changed_shares);
+      KeepHeld(match_, scope, MayRest(job_, scene_));
       open_blocks_ = std::move(news.outdated_blocks);
     }
     Grow();
