@@ -22,6 +22,8 @@ _DEPTH_TYPES = {
     np.dtype("<u2"): perception_pb2.DEPTH_TYPE_U16,
     np.dtype("<f4"): perception_pb2.DEPTH_TYPE_F32,
 }
+# Nanoseconds since 1970 in 64 bits end there. Stamps in other units are far greater.
+_MAX_TIME_S = 9e9
 
 
 @dataclass(frozen=True)
@@ -115,7 +117,8 @@ class Sensor:
     refused_count: int
     estimate: SensorPoseEstimate | None  # None: too few surfaces determine it
     delay_ms: float | None  # between stamps and arrival, the least
-    conflicts: tuple[str, ...]  # with other sensors, newest last
+    conflicts: tuple[str, ...]  # with other sensors, the greatest first
+    estimate_note: str  # why there is no estimate; empty if there is one, or no other sensor
 
 
 @dataclass(frozen=True)
@@ -135,7 +138,10 @@ def _set_time(message, value: datetime.datetime | float, name: str) -> None:
             raise ValueError(f"{name} is {value!r}, must have a time zone")
         message.FromDatetime(value.astimezone(datetime.timezone.utc))
     else:
-        message.FromNanoseconds(round(1e9 * arrays.number(value, name)))
+        seconds = arrays.number(value, name)
+        if abs(seconds) > _MAX_TIME_S:
+            raise ValueError(f"{name} is {seconds:g}, must be seconds, at most {_MAX_TIME_S:g}")
+        message.FromNanoseconds(round(1e9 * seconds))
 
 
 def _result(reply: perception_pb2.StreamCloudsResponse) -> FrameResult:
@@ -189,6 +195,7 @@ def sensor_from_proto(message: perception_pb2.Sensor) -> Sensor:
         estimate,
         message.delay_ms if message.HasField("delay_ms") else None,
         tuple(message.conflicts),
+        message.estimate_note,
     )
 
 
@@ -243,6 +250,8 @@ def calibration(
 
 def _depth_image(depth: npt.ArrayLike) -> np.ndarray:
     """(H, W) uint16 or float32; other floats become float32."""
+    if isinstance(depth, np.ma.MaskedArray):
+        raise TypeError("depth is a masked array, must be a plain one: set what is masked to 0")
     image = np.asarray(depth)
     if image.dtype.kind == "f":
         image = image.astype("<f4", copy=False)

@@ -54,6 +54,8 @@ class Sensors(ServerCase):
         (sensor,) = self.world.sensors()
         self.assertEqual((sensor.name, sensor.processed_count), ("overhead", 3))
         self.assertIsNone(sensor.mount)
+        self.assertIsNone(sensor.estimate)
+        self.assertEqual((sensor.conflicts, sensor.estimate_note), ((), ""))
 
     def test_frames_in_lockstep_are_numbered_and_answered_when_all_is_done(self):
         with self.stream(lockstep=True) as frames:
@@ -98,6 +100,10 @@ class Sensors(ServerCase):
                 frames.send(np.zeros(3, np.uint16), self.begin)
             with self.assertRaisesRegex(TypeError, "depth has the type int64"):
                 frames.send(np.zeros((3, 3), np.int64), self.begin)
+            with self.assertRaisesRegex(TypeError, "depth is a masked array, must be a plain one"):
+                frames.send(np.ma.masked_equal(depths(), 900), self.begin)
+            with self.assertRaisesRegex(ValueError, r"stamp is 1.8e\+18, must be seconds"):
+                frames.send(depths(), 1.8e18)
             with self.assertRaisesRegex(ValueError, "time zone"):
                 frames.send(depths(), datetime.datetime.now())
             with self.assertRaisesRegex(ValueError, r"covariance has the shape \(3, 3\)"):
