@@ -29,8 +29,10 @@ struct MeanView {
   std::vector<float> depth_m = {};
 };
 
-// The mean depth of pixels that have a return in all frames, that no frame gives to a robot, and
-// that are as deep in the last frames as in the first ones, within noise. At least two frames.
+// The mean depth of pixels that no frame gives to a robot, over the returns that agree with their
+// median within noise: beside an edge a pixel shows what is before and what is behind in turn, and
+// the mean of both is nowhere. Most of the first frames and most of the last ones have such
+// returns, and are equally deep. At least two frames.
 std::vector<float> MeanAtRest(std::span<const StillFrame> frames, const DepthCamera& camera,
                               const SensorNoise& noise);
 

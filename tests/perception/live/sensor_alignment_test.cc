@@ -225,22 +225,32 @@ TEST(SensorAlignmentTest, OneWrongSensorDoesNotPullARightOne) {
   EXPECT_LT(MissAtTable_m(corrected->X_WC, TableViews()[1].X_WC), 0.006);
 }
 
-TEST(SensorAlignmentTest, TheMeanLeavesOutWhatMovesAndWhatARobotHides) {
+TEST(SensorAlignmentTest, TheMeanIsOfWhatRestsAndShowsInMostFrames) {
+  constexpr int kWidth = 7;
   DepthCamera camera;
-  camera.width = 4;
+  camera.width = kWidth;
   camera.height = 1;
   std::vector<StillFrame> frames;
   for (int k = 0; k < 8; ++k) {
     auto image = std::make_shared<DepthImage>();
-    image->width = 4;
+    image->width = kWidth;
     image->height = 1;
-    image->depth_m = {1.0F, 1.0F + 0.01F * static_cast<float>(k), k == 3 ? 0.0F : 1.0F, 1.0F};
+    image->depth_m.assign(kWidth, 1.0F);
     auto classes = std::make_shared<FrameClasses>();
-    classes->pixels.assign(4, PixelClass::kConsistent);
+    classes->pixels.assign(kWidth, PixelClass::kConsistent);
+    const auto miss = [&](std::size_t pixel) {
+      image->depth_m[pixel] = 0;
+      classes->pixels[pixel] = PixelClass::kMissing;
+    };
+    image->depth_m[1] += 0.01F * static_cast<float>(k);
+    if (k % 2 == 0) miss(2);  // it flickers
     if (k == 7) classes->pixels[3] = PixelClass::kRobot;
+    if (k < 3) miss(4);                        // it has come
+    if (k > 4) miss(5);                        // it has gone
+    if (k % 4 == 1) image->depth_m[6] = 1.2F;  // beside an edge
     frames.push_back({std::move(image), std::move(classes)});
   }
-  EXPECT_THAT(MeanAtRest(frames, camera, {}), testing::ElementsAre(1.0F, 0, 0, 0));
+  EXPECT_THAT(MeanAtRest(frames, camera, {}), testing::ElementsAre(1.0F, 0, 1.0F, 0, 0, 0, 1.0F));
 }
 
 }  // namespace
