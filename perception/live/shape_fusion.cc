@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "perception/cloud/tolerances.h"
 #include "perception/live/pixel_rays.h"
@@ -41,6 +43,14 @@ PlacedModel PlacedBody(const KnownBody& body) {
           .X_BW = body.X_WB.inverse(),
           .bounds_W = TightBounds(*body.model, body.X_WB),
           .is_support = body.kind == KnownBody::Kind::kSupport};
+}
+
+std::vector<PlacedModel> PlacedSupports(std::span<const KnownBody> bodies) {
+  std::vector<PlacedModel> supports;
+  for (const KnownBody& body : bodies) {
+    if (body.kind == KnownBody::Kind::kSupport) supports.push_back(PlacedBody(body));
+  }
+  return supports;
 }
 
 Aabb Inflated(const Aabb& bounds, double by_m) {
@@ -90,6 +100,59 @@ Eigen::Vector3f NormalAt(const MeanView& view, const PixelRays& rays, int u, int
   return normal.dot(rays.Direction(u, v)) > 0 ? Eigen::Vector3f(-normal) : normal;
 }
 
+double Gate_m(const SensorNoise& noise, double range_m) {
+  return kGate_sigma * std::hypot(noise.AxialSigma_m(range_m), noise.WarpSigma_m());
+}
+
+// Calls use(p_W, gate_m, u, v) for each measured point of a view in a box.
+template <class Use>
+void ForPointsIn(const Aabb& box_W, const MeanView& view, const PixelRays& rays, const Use& use) {
+  const PixelRectangle pixels = PixelsOf(box_W, view);
+  for (int v = pixels.v_begin; v < pixels.v_end; ++v) {
+    for (int u = pixels.u_begin; u < pixels.u_end; ++u) {
+      const float z = view.depth_m[static_cast<std::size_t>(v) * view.camera.width + u];
+      if (z == 0) continue;
+      const Vector3 p_W = view.X_WC.translation() + rays.Point(u, v, z).cast<double>();
+      if (box_W.contains(p_W)) use(p_W, Gate_m(view.noise, z), u, v);
+    }
+  }
+}
+
+// True if nearly all of the other one's surface lies in the solid of the body.
+bool IsInside(const PlacedModel& own, const PlacedModel& other, double gate_m) {
+  if (!Inflated(own.bounds_W, gate_m).intersects(other.bounds_W)) return false;
+  const Pose X_OwnOther = own.X_BW * other.X_BW.inverse();
+  const std::vector<SurfaceSample> samples = other.surface.Samples(kSurfaceSamples);
+  const auto inside = std::ranges::count_if(samples, [&](const SurfaceSample& sample) {
+    const auto nearest = own.surface.Nearest(X_OwnOther * sample.p_O);
+    return nearest && nearest->signed_distance_m <= gate_m;
+  });
+  return static_cast<double>(inside) >= kNearlyAll * static_cast<double>(samples.size());
+}
+
+// True if nearly all points of the other one lie on the surface of the body.
+bool ShowsSurfaceOf(const PlacedModel& own, const PlacedModel& other,
+                    const std::vector<PlacedModel>& supports, std::span<const MeanView> views) {
+  std::size_t of_other = 0;
+  std::size_t of_both = 0;
+  for (const MeanView& view : views) {
+    const PixelRays rays(view.camera, view.X_WC);
+    ForPointsIn(Inflated(other.bounds_W, kAround_m), view, rays,
+                [&](const Vector3& p_W, double gate_m, int /*u*/, int /*v*/) {
+                  const double distance_m = other.Distance_m(p_W, kAround_m);
+                  const bool is_of_support =
+                      std::ranges::any_of(supports, [&](const PlacedModel& support) {
+                        return support.Distance_m(p_W, kAround_m) <= distance_m;
+                      });
+                  if (distance_m > gate_m || is_of_support) return;
+                  ++of_other;
+                  of_both += own.Distance_m(p_W, kAround_m) <= gate_m ? 1 : 0;
+                });
+  }
+  return of_other >= kMinViewPoints &&
+         static_cast<double>(of_both) >= kNearlyAll * static_cast<double>(of_other);
+}
+
 double ShareNear(const std::vector<Eigen::Vector3f>& points_C, const HybridModel& model,
                  const Pose& X_CB, double within_m) {
   const ModelSurface surface(model, within_m);
@@ -101,7 +164,60 @@ double ShareNear(const std::vector<Eigen::Vector3f>& points_C, const HybridModel
   return points_C.empty() ? 0 : static_cast<double>(explained) / points_C.size();
 }
 
+// Takes away the surfaces of the object's model that lie on a support.
+void DropSurfacesOn(const std::vector<PlacedModel>& supports, double gate_m,
+                    DetectedObject& object) {
+  auto model = std::make_shared<HybridModel>(*object.model);
+  std::erase_if(model->surfaces, [&](const SurfacePart& part) {
+    const std::vector<Vector3>& vertices_O = part.surface.mesh->vertices;
+    const auto on_support = std::ranges::count_if(vertices_O, [&](const Vector3& p_O) {
+      return std::ranges::any_of(supports, [&](const PlacedModel& support) {
+        return support.Distance_m(object.X_WO * p_O, kAround_m) <= gate_m;
+      });
+    });
+    return static_cast<double>(on_support) >= kNearlyAll * static_cast<double>(vertices_O.size());
+  });
+  object.model = std::move(model);
+}
+
+// Takes the offset of each view off its points; those of the cloud end at `ends`, by view.
+void RemoveOffsets(const KnownBody& body, const SensorNoise& noise,
+                   const std::vector<std::size_t>& ends, FusionCloud& fused) {
+  if (body.model->shapes.size() != 1) return;  // no known sizes that a fit may change
+  const ShapePart& part = body.model->shapes.front();
+  const std::vector<double> offsets_m =
+      ViewOffsets_m(fused.own_C, part.shape, fused.X_WC.inverse() * body.X_WB * part.X_OS, noise);
+  std::size_t i = 0;
+  for (std::size_t v = 0; v < ends.size(); ++v) {
+    BodyView& view = fused.own_C[v];
+    const Eigen::Vector3f sensor_C = view.sensor.cast<float>();
+    const auto offset_m = static_cast<float>(offsets_m[v]);
+    const auto move = [&](Eigen::Vector3f& p) { p -= offset_m * (p - sensor_C).normalized(); };
+    for (; i < ends[v]; ++i) move(fused.cloud.points[i]);
+    for (Eigen::Vector3f& p : view.points) move(p);
+  }
+}
+
 }  // namespace
+
+std::vector<BodyId> PartsOf(std::span<const MeanView> views, const KnownBody& body,
+                            std::span<const KnownBody> bodies) {
+  const PlacedModel own = PlacedBody(body);
+  const double gate_m = Gate_m(views.front().noise,
+                               (own.bounds_W.center() - views.front().X_WC.translation()).norm());
+  const std::vector<PlacedModel> supports = PlacedSupports(bodies);
+  std::vector<BodyId> parts;
+  for (const KnownBody& other : bodies) {
+    const bool may_be_part = other.id != body.id && (other.kind == KnownBody::Kind::kObject ||
+                                                     other.kind == KnownBody::Kind::kResidual);
+    if (!may_be_part) continue;
+    const PlacedModel placed = PlacedBody(other);
+    if (IsInside(own, placed, gate_m) && ShowsSurfaceOf(own, placed, supports, views)) {
+      parts.push_back(other.id);
+    }
+  }
+  return parts;
+}
 
 FusionCloud CloudOfBody(std::span<const MeanView> views, const KnownBody& body,
                         std::span<const KnownBody> bodies) {
@@ -117,40 +233,37 @@ FusionCloud CloudOfBody(std::span<const MeanView> views, const KnownBody& body,
   FusionCloud fused;
   fused.X_WC = Pose(Eigen::Translation3d(views.front().X_WC.translation()));
   fused.cloud.seen_from_origin = false;
+  std::vector<std::size_t> ends;
   for (const MeanView& view : views) {
     const PixelRays rays(view.camera, view.X_WC);
-    const PixelRectangle pixels = PixelsOf(context_W, view);
-    std::vector<Eigen::Vector3f>& own_C = fused.own_C.emplace_back();
-    for (int v = pixels.v_begin; v < pixels.v_end; ++v) {
-      for (int u = pixels.u_begin; u < pixels.u_end; ++u) {
-        const float z = view.depth_m[static_cast<std::size_t>(v) * view.camera.width + u];
-        if (z == 0) continue;
-        const Vector3 p_W = view.X_WC.translation() + rays.Point(u, v, z).cast<double>();
-        if (!context_W.contains(p_W)) continue;
-        const double gate_m =
-            kGate_sigma * std::hypot(view.noise.AxialSigma_m(z), view.noise.WarpSigma_m());
-        const double of_body_m = own.Distance_m(p_W, kAround_m);
-        bool is_of_support = false;
-        bool is_of_other = false;
-        for (const PlacedModel& other : others) {
-          const double distance_m = other.Distance_m(p_W, kAround_m);
-          if (distance_m > gate_m) continue;
-          (other.is_support ? is_of_support : is_of_other) |= distance_m < of_body_m;
-        }
-        if (is_of_other || (!is_of_support && !near_W.contains(p_W))) continue;
-        const Eigen::Vector3f p_C = (p_W - fused.X_WC.translation()).cast<float>();
-        fused.cloud.points.push_back(p_C);
-        fused.cloud.normals.push_back(NormalAt(view, rays, u, v));
-        if (!is_of_support && of_body_m <= gate_m) own_C.push_back(p_C);
+    BodyView& own_C = fused.own_C.emplace_back();
+    own_C.sensor = view.X_WC.translation() - fused.X_WC.translation();
+    ForPointsIn(context_W, view, rays, [&](const Vector3& p_W, double gate_m, int u, int v) {
+      const double of_body_m = own.Distance_m(p_W, kAround_m);
+      bool is_of_support = false;
+      bool is_of_other = false;
+      for (const PlacedModel& other : others) {
+        const double distance_m = other.Distance_m(p_W, kAround_m);
+        if (distance_m > gate_m) continue;
+        (other.is_support ? is_of_support : is_of_other) |= distance_m < of_body_m;
       }
-    }
+      if (is_of_other || (!is_of_support && !near_W.contains(p_W))) return;
+      const Eigen::Vector3f p_C = (p_W - fused.X_WC.translation()).cast<float>();
+      fused.cloud.points.push_back(p_C);
+      fused.cloud.normals.push_back(NormalAt(view, rays, u, v));
+      if (!is_of_support && of_body_m <= gate_m) own_C.points.push_back(p_C);
+    });
+    ends.push_back(fused.cloud.points.size());
   }
+  RemoveOffsets(body, views.front().noise, ends, fused);
   fused.cloud.width = static_cast<int>(fused.cloud.points.size());
   return fused;
 }
 
-std::optional<int> FusedObject(const FusionCloud& fused, const SceneInterpretation& scene,
-                               const KnownBody& body, const SensorNoise& noise) {
+std::optional<DetectedObject> FusedObject(const FusionCloud& fused,
+                                          const SceneInterpretation& scene, const KnownBody& body,
+                                          std::span<const KnownBody> bodies,
+                                          const SensorNoise& noise) {
   const Vector3& origin_W = scene.X_WC.translation();
   const Aabb near_W = Inflated(TightBounds(*body.model, body.X_WB), kAround_m);
   std::optional<int> best;
@@ -170,19 +283,21 @@ std::optional<int> FusedObject(const FusionCloud& fused, const SceneInterpretati
   if (!best || static_cast<double>(most) < kNearlyAll * static_cast<double>(all)) {
     return std::nullopt;  // it is in pieces
   }
-  const DetectedObject& object = scene.objects[static_cast<std::size_t>(*best)];
+  DetectedObject object = scene.objects[static_cast<std::size_t>(*best)];
   if (object.model == nullptr || object.model->shapes.empty()) return std::nullopt;
+  const double range_m = (body.X_WB.translation() - fused.X_WC.translation()).norm();
+  DropSurfacesOn(PlacedSupports(bodies), Gate_m(noise, range_m), object);
   const Pose X_CW = fused.X_WC.inverse();
-  for (const std::vector<Eigen::Vector3f>& own_C : fused.own_C) {
+  for (const BodyView& view : fused.own_C) {
+    const std::vector<Eigen::Vector3f>& own_C = view.points;
     if (own_C.size() < kMinViewPoints) continue;
-    const double range_m = own_C.front().cast<double>().norm();
-    const double within_m =
-        kGate_sigma * std::hypot(noise.AxialSigma_m(range_m), noise.WarpSigma_m());
+    const double range_m = (own_C.front().cast<double>() - view.sensor).norm();
+    const double within_m = Gate_m(noise, range_m);
     const double before = ShareNear(own_C, *body.model, X_CW * body.X_WB, within_m);
     const double after = ShareNear(own_C, *object.model, X_CW * object.X_WO, within_m);
     if (after < before - kEqualShare) return std::nullopt;
   }
-  return best;
+  return object;
 }
 
 }  // namespace cwm::perception

@@ -185,28 +185,27 @@ void LiveWorld::StartFusion() {
   due->max_threads = services_.max_threads;
   const auto job = std::make_shared<const FusionJob>(*std::move(due));
   const bool is_taken = StartBeside([self = shared_from_this(), job] {
-    const auto replaced =
+    const auto fused =
         FuseShapes(*self->world_, *job, self->services_.interpret, self->stop_.get_token());
-    self->FinishFusion(*job, replaced.ok() ? *replaced : std::vector<std::string>());
+    self->FinishFusion(*job, fused.value_or(FrameChanges()));
   });
   if (!is_taken) FinishFusion(*job, {});  // the shapes stay as one sensor sees them
 }
 
-// The next frame of one of the sensors tells what was replaced.
-void LiveWorld::FinishFusion(const FusionJob& job, const std::vector<std::string>& replaced) {
+// The next frame of one of the sensors tells what was replaced and removed.
+void LiveWorld::FinishFusion(const FusionJob& job, const FrameChanges& fused) {
   Session teller;
   {
     const std::lock_guard lock(sensors_mutex_);
     const auto found = sessions_.find(job.views.front().sensor);
     if (found != sessions_.end()) teller = found->second;
   }
-  if (teller != nullptr && !replaced.empty()) {
+  if (teller != nullptr) {
     const std::lock_guard comparing(teller->comparison.mutex);
-    auto& told = teller->comparison.interpreted.replaced;
-    told.insert(told.end(), replaced.begin(), replaced.end());
+    teller->comparison.interpreted.Append(fused);
   }
   const std::lock_guard sequence(sequencer_);
-  fusion_.Finish(replaced);
+  fusion_.Finish(fused.replaced);
 }
 
 std::vector<std::shared_ptr<const DisplayFrame>> LiveWorld::FramesAfter(

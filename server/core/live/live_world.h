@@ -148,7 +148,7 @@ class LiveWorld : public std::enable_shared_from_this<LiveWorld> {
   void StartComparison();
   void NoteShapes(const Evidence& evidence, const std::shared_ptr<const BodyTable>& table);
   void StartFusion();
-  void FinishFusion(const FusionJob& job, const std::vector<std::string>& replaced);
+  void FinishFusion(const FusionJob& job, const FrameChanges& fused);
   void ForgetAgreement(const std::string& sensor);
   void StartRegions();
   // As LiveServices::run_beside; frames in lockstep wait for the end of the task.

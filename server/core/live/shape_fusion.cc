@@ -45,14 +45,40 @@ class Fusing {
     }
   }
 
-  // True if the object was replaced.
-  absl::StatusOr<bool> Fuse(BodyId target) {
+  absl::Status Fuse(BodyId target) {
     const auto found = std::ranges::find(job_.bodies->bodies, target, &KnownBody::id);
-    if (found == job_.bodies->bodies.end()) return false;
+    if (found == job_.bodies->bodies.end() || removed_.contains(target)) return absl::OkStatus();
     const KnownBody& body = *found;
-    const perception::FusionCloud fused =
-        perception::CloudOfBody(views_, body, job_.bodies->bodies);
-    if (fused.cloud.points.empty()) return false;
+    std::set<BodyId> parts = PartsOf(body);
+    const auto object = Fit(body, parts);
+    if (!object.ok()) return object.status();
+    if (object->has_value()) {
+      KnownBody fitted = body;
+      fitted.model = (*object)->model;
+      fitted.X_WB = (*object)->X_WO;
+      parts.merge(PartsOf(fitted));
+    }
+    if (!object->has_value() && parts.empty()) return absl::OkStatus();
+    return Write(target, *object, parts);
+  }
+
+  FrameChanges TakeChanges() { return std::move(changes_); }
+
+ private:
+  std::set<BodyId> PartsOf(const KnownBody& body) const {
+    const std::vector<BodyId> parts = perception::PartsOf(views_, body, job_.bodies->bodies);
+    return {parts.begin(), parts.end()};
+  }
+
+  // The body as all views show it, with the points of its parts; empty if that is no better.
+  absl::StatusOr<std::optional<perception::DetectedObject>> Fit(const KnownBody& body,
+                                                                const std::set<BodyId>& parts) {
+    std::vector<KnownBody> bodies;
+    for (const KnownBody& each : job_.bodies->bodies) {
+      if (!parts.contains(each.id)) bodies.push_back(each);
+    }
+    const perception::FusionCloud fused = perception::CloudOfBody(views_, body, bodies);
+    if (fused.cloud.points.empty()) return std::nullopt;
     perception::InterpretOptions options;
     options.noise = views_.front().noise;
     options.X_WC = fused.X_WC;
@@ -60,41 +86,63 @@ class Fusing {
     options.modeler.reduced_effort = IsKnownSolid(*body.model);
     const auto scene = interpret_(fused.cloud, options, stop_);
     if (stop_.stop_requested()) return absl::CancelledError("live: the sensor's stream ended");
-    if (!scene.ok()) return false;  // it stays as one sensor sees it
-    const auto best = perception::FusedObject(fused, *scene, body, options.noise);
-    if (!best) return false;
-    const perception::DetectedObject& object = scene->objects[static_cast<std::size_t>(*best)];
-    if (ObservedShare(*object.model) < ObservedShare(*body.model) + kMinGain) return false;
-    return Replace(job_.bodies->Find(target), object);
+    if (!scene.ok()) return std::nullopt;  // it stays as one sensor sees it
+    auto object = perception::FusedObject(fused, *scene, body, bodies, options.noise);
+    if (object && ObservedShare(*object->model) < ObservedShare(*body.model) + kMinGain) {
+      return std::nullopt;
+    }
+    return object;
   }
 
- private:
-  absl::StatusOr<bool> Replace(const WorldObjectPtr& seen,
-                               const perception::DetectedObject& object) {
-    const auto geometry = collision::Prepare(object.model);
-    bool is_replaced = false;
+  // One revision, unless somebody changed the object meanwhile; parts that somebody changed stay.
+  absl::Status Write(BodyId target, const std::optional<perception::DetectedObject>& object,
+                     const std::set<BodyId>& parts) {
+    const auto geometry = object ? collision::Prepare(object->model) : nullptr;
+    std::vector<BodyId> removed;
+    bool is_same = false;
     const auto make =
         [&](const SnapshotPtr& latest) -> absl::StatusOr<std::vector<collision::Change>> {
-      is_replaced = false;
-      const WorldObjectPtr now = latest->Find(seen->name);
-      const bool is_same = now != nullptr && now->IsSameAs(*seen) && now->attachment == nullptr &&
-                           now->latest_revision() == seen->latest_revision();
-      if (!is_same) return std::vector<collision::Change>();
-      is_replaced = true;
-      return std::vector<collision::Change>{
-          {collision::PutObject{.name = now->name,
-                                .kind = now->kind,
-                                .owner = now->owner,
-                                .state = collision::ObjectState::kConfirmed,
-                                .X_WO = object.X_WO,
-                                .geometry = geometry,
-                                .supported_by = now->supported_by,
-                                .margin_m = now->margin_m},
-           std::nullopt}};
+      std::vector<collision::Change> changes;
+      removed.clear();
+      const WorldObjectPtr now = Unchanged(target, *latest);
+      is_same = now != nullptr;
+      if (!is_same) return changes;
+      if (object) {
+        changes.push_back({collision::PutObject{.name = now->name,
+                                                .kind = now->kind,
+                                                .owner = now->owner,
+                                                .state = collision::ObjectState::kConfirmed,
+                                                .X_WO = object->X_WO,
+                                                .geometry = geometry,
+                                                .supported_by = now->supported_by,
+                                                .margin_m = now->margin_m},
+                           std::nullopt});
+      }
+      for (const BodyId part : parts) {
+        const WorldObjectPtr other = Unchanged(part, *latest);
+        if (other == nullptr) continue;
+        removed.push_back(part);
+        changes.push_back({collision::RemoveObject{other->name}, std::nullopt});
+      }
+      return changes;
     };
     const auto written = world_.Update(make, {}, {.durability = Durability::kObserved});
     if (!written.ok()) return written.status();
-    return is_replaced;
+    if (is_same && object) changes_.replaced.push_back(job_.bodies->Find(target)->name);
+    for (const BodyId part : removed) {
+      changes_.removed.push_back(job_.bodies->Find(part)->name);
+      removed_.insert(part);
+    }
+    return absl::OkStatus();
+  }
+
+  // The object if it is as it was when the frames were compared, and nobody carries it.
+  WorldObjectPtr Unchanged(BodyId id, const collision::WorldSnapshot& latest) const {
+    const WorldObjectPtr seen = job_.bodies->Find(id);
+    const WorldObjectPtr now = latest.Find(seen->name);
+    const bool is_same = now != nullptr && now->IsSameAs(*seen) && now->attachment == nullptr &&
+                         now->latest_revision() == seen->latest_revision();
+    return is_same ? now : nullptr;
   }
 
   World& world_;
@@ -102,21 +150,19 @@ class Fusing {
   const Interpreter& interpret_;
   const std::stop_token stop_;
   std::vector<perception::MeanView> views_;
+  FrameChanges changes_;
+  std::set<BodyId> removed_;
 };
 
 }  // namespace
 
-absl::StatusOr<std::vector<std::string>> FuseShapes(World& world, const FusionJob& job,
-                                                    const Interpreter& interpret,
-                                                    std::stop_token stop) {
+absl::StatusOr<FrameChanges> FuseShapes(World& world, const FusionJob& job,
+                                        const Interpreter& interpret, std::stop_token stop) {
   Fusing fusing(world, job, interpret, std::move(stop));
-  std::vector<std::string> replaced;
   for (const BodyId target : job.targets) {
-    const auto is_replaced = fusing.Fuse(target);
-    if (!is_replaced.ok()) return is_replaced.status();
-    if (*is_replaced) replaced.push_back(job.bodies->Find(target)->name);
+    if (absl::Status fused = fusing.Fuse(target); !fused.ok()) return fused;
   }
-  return replaced;
+  return fusing.TakeChanges();
 }
 
 void ShapeFusion::Add(const perception::FrameEvidence& frame,

@@ -28,11 +28,11 @@ struct FusionJob {
 };
 
 // Fits each target to all views and publishes those that are fitted better, one revision for each:
-// they keep their names and are replaced. Returns the names of the replaced. An object that was
-// changed meanwhile is left as it is. The errors of World::Update; Cancelled when stopped.
-absl::StatusOr<std::vector<std::string>> FuseShapes(World& world, const FusionJob& job,
-                                                    const Interpreter& interpret,
-                                                    std::stop_token stop);
+// they keep their names and are replaced. Objects that are parts of a target, as it was or as it is
+// fitted (perception::PartsOf), are removed in its revision: their points are the target's. What
+// was changed meanwhile is left as it is. The errors of World::Update; Cancelled when stopped.
+absl::StatusOr<FrameChanges> FuseShapes(World& world, const FusionJob& job,
+                                        const Interpreter& interpret, std::stop_token stop);
 
 // Finds the objects that have come to rest before several sensors, and collects frames of them. Not
 // thread safe; follows from the calls alone.

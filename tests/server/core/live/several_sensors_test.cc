@@ -313,6 +313,33 @@ TEST_F(SensorsTest, ShapesAtRestAreFittedToWhatAllSensorsSee) {
   EXPECT_THAT(TakeChanges().replaced, testing::IsEmpty());
 }
 
+// One view shows the front of a can as a thing of its own; the whole can is found later.
+TEST_F(SensorsTest, WhatIsAPartOfAnotherObjectIsRemovedWhenShapesAreFitted) {
+  for (const std::size_t s : {0, 1, 2}) Open(s, TruePose(s));
+  Process({0, 1, 2}, 20);
+  const Vector3 foot = script().scene.objects[2].X_WO.translation();
+  auto slab = std::make_shared<HybridModel>();
+  slab->shapes.push_back({.shape = Box{.size_m = {0.02, 0.03, 0.07}}});
+  const collision::Change put{
+      collision::PutObject{.name = "slab",
+                           .kind = collision::ObjectKind::kObject,
+                           .owner = collision::Owner::kPerception,
+                           .X_WO = MakeTranslation(foot.x() - 0.0275, foot.y(), foot.z() + 0.04),
+                           .geometry = collision::Prepare(std::move(slab)),
+                           .supported_by = ""},
+      std::nullopt};
+  const auto written = world_->Apply({&put, 1}, {});
+  ASSERT_TRUE(written.ok()) << written.status();
+  TakeChanges();
+  Process({0, 1, 2}, 60);
+  EXPECT_THAT(TakeChanges().removed, testing::ElementsAre("slab"));
+  EXPECT_EQ(world_->Snapshot()->Find("slab"), nullptr);
+  const Census census = Count();
+  EXPECT_EQ(census.things, kThings);
+  EXPECT_EQ(census.doubles, 0);
+  EXPECT_EQ(census.others, 0);
+}
+
 // Everything that a client can read of a world's geometry, bit by bit.
 std::string BytesOf(const collision::WorldSnapshot& snapshot) {
   std::string bytes = std::to_string(snapshot.revision().value);
