@@ -132,6 +132,27 @@ absl::StatusOr<perception::DepthCamera> CameraOf(const PointsPlan& plan,
                                  .greatest_range_m = plan.greatest_range_m};
 }
 
+// True if the camera sees the points in their pixels, to two pixels (rms), judged by a sample of
+// them. EstimatePinhole demands one pixel, so that an estimate does not change from frame to frame.
+bool SeesPoints(const perception::DepthCamera& camera, const perception::PointCloud& cloud) {
+  constexpr std::size_t kStep = 31;  // chosen: 10 000 points of 640 x 480 tell enough
+  constexpr double kMaxMeanSquare_px2 = 4;
+  const perception::Pinhole& pinhole = camera.pinhole;
+  double sum_u_px2 = 0, sum_v_px2 = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < cloud.points.size(); i += kStep) {
+    const Eigen::Vector3f& p_C = cloud.points[i];
+    if (!p_C.allFinite() || p_C.z() <= 0) continue;
+    const Vector3 p = p_C.cast<double>();
+    const double u = pinhole.focal_u_px * p.x() / p.z() + pinhole.center_u_px;
+    const double v = pinhole.focal_v_px * p.y() / p.z() + pinhole.center_v_px;
+    sum_u_px2 += std::pow(u - static_cast<double>(i % cloud.width), 2);
+    sum_v_px2 += std::pow(v - static_cast<double>(i / cloud.width), 2);
+    ++count;
+  }
+  return std::max(sum_u_px2, sum_v_px2) <= kMaxMeanSquare_px2 * count;
+}
+
 absl::Status PointsFromProto(const v1::SensorFrame& frame, const PointsPlan& plan,
                              const std::optional<perception::DepthCamera>& known,
                              const FieldPath& path, LiveFrame& to) {
@@ -146,10 +167,12 @@ absl::Status PointsFromProto(const v1::SensorFrame& frame, const PointsPlan& pla
   cloud.height = plan.height;
   cloud.points =
       ReadPoints(plan.layout, frame.points(), static_cast<std::size_t>(plan.width) * plan.height);
-  const bool is_known =
-      known.has_value() && known->width == plan.width && known->height == plan.height;
+  const bool is_known = known.has_value() && known->width == plan.width &&
+                        known->height == plan.height && SeesPoints(*known, cloud);
   auto camera = is_known ? *known : CameraOf(plan, cloud, points_path);
   if (!camera.ok()) return camera.status();
+  camera->least_range_m = plan.least_range_m;
+  camera->greatest_range_m = plan.greatest_range_m;
   auto image = std::make_shared<perception::DepthImage>();
   image->width = plan.width;
   image->height = plan.height;

@@ -4,8 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
 
 #include "server/wire/watch_events.h"
 #include "tests/server/core/test_objects.h"
@@ -76,6 +80,67 @@ TEST(WireDepth, AnUploadedDepthImageIsTheOrganisedCloudOfItsCamera) {
   EXPECT_TRUE(std::isnan(cloud->cloud.points[1].x()));
   EXPECT_TRUE(cloud->cloud.points[3].isApprox(Eigen::Vector3f(-0.03F, 0.03F, 3)));
   EXPECT_FALSE(DecodeCloud(*plan, std::string(12, '\0')).ok());  // no return at all
+}
+
+TEST(WirePoints, ThatTheKnownCameraDoesNotSeeTellAnotherOne) {
+  constexpr int kWidth = 64, kHeight = 48;
+  v1::SensorCalibration calibration;
+  calibration.set_sensor("head");
+  v1::CloudLayout& layout = *calibration.mutable_layout();
+  for (const char* name : {"x", "y", "z"}) {
+    v1::CloudField& field = *layout.add_fields();
+    field.set_name(name);
+    field.set_type(v1::FIELD_TYPE_F32);
+    field.set_offset(4 * (layout.fields_size() - 1));
+  }
+  layout.set_point_step(12);
+  calibration.set_width(kWidth);
+  calibration.set_height(kHeight);
+  calibration.set_greatest_range_m(5);
+  const FieldPath root;
+  const auto plan = SensorPlanFromProto(calibration, Limits{}, root);
+  ASSERT_TRUE(plan.ok()) << plan.status();
+  // A wall at 1.5 m.
+  const auto wall = [](float focal_px, float center_u_px) {
+    std::vector<float> xyz;
+    for (int v = 0; v < kHeight; ++v) {
+      for (int u = 0; u < kWidth; ++u) {
+        const auto column = static_cast<float>(u), row = static_cast<float>(v);
+        xyz.insert(xyz.end(), {1.5F * (column - center_u_px) / focal_px,
+                               1.5F * (row - 23.5F) / focal_px, 1.5F});
+      }
+    }
+    return xyz;
+  };
+  const auto read = [&](const std::vector<float>& xyz,
+                        const std::optional<perception::DepthCamera>& known) {
+    v1::SensorFrame frame;
+    frame.set_points(BytesOf<float>(xyz));
+    LiveFrame live;
+    const absl::Status status = ImageFromProto(frame, *plan, known, root, live);
+    return status.ok() ? absl::StatusOr<LiveFrame>(live) : status;
+  };
+  const auto first = read(wall(64, 31.5F), std::nullopt);
+  ASSERT_TRUE(first.ok()) << first.status();
+  EXPECT_NEAR(first->camera.pinhole.focal_u_px, 64, 1e-3);
+  perception::DepthCamera known = first->camera;
+  known.greatest_range_m = 9;                      // of an earlier stream
+  const auto same = read(wall(64, 32.5F), known);  // one pixel aside
+  ASSERT_TRUE(same.ok()) << same.status();
+  EXPECT_EQ(same->camera, first->camera);
+  for (const auto& [focal_px, center_u_px] : {std::pair{32.0F, 31.5F}, std::pair{64.0F, 40.0F}}) {
+    const auto other = read(wall(focal_px, center_u_px), known);
+    ASSERT_TRUE(other.ok()) << other.status();
+    EXPECT_NEAR(other->camera.pinhole.focal_u_px, focal_px, 1e-3);
+    EXPECT_NEAR(other->camera.pinhole.center_u_px, center_u_px, 1e-3);
+  }
+  std::vector<float> turned = wall(64, 31.5F);
+  std::ranges::reverse(turned);
+  EXPECT_THAT(read(turned, known).status().message(), HasSubstr("points: fits no pinhole camera"));
+  const std::vector<float> nothing(turned.size(), kNotANumber);
+  const auto empty = read(nothing, known);
+  ASSERT_TRUE(empty.ok()) << empty.status();
+  EXPECT_EQ(empty->camera, first->camera);
 }
 
 TEST(WireDepth, WhatAnImageTellsMustAgreeWithIt) {
