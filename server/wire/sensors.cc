@@ -146,8 +146,9 @@ bool SeesPoints(const perception::DepthCamera& camera, const perception::PointCl
     const Vector3 p = p_C.cast<double>();
     const double u = pinhole.focal_u_px * p.x() / p.z() + pinhole.center_u_px;
     const double v = pinhole.focal_v_px * p.y() / p.z() + pinhole.center_v_px;
-    sum_u_px2 += std::pow(u - static_cast<double>(i % cloud.width), 2);
-    sum_v_px2 += std::pow(v - static_cast<double>(i / cloud.width), 2);
+    const auto column = i % cloud.width, row = i / cloud.width;
+    sum_u_px2 += std::pow(u - static_cast<double>(column), 2);
+    sum_v_px2 += std::pow(v - static_cast<double>(row), 2);
     ++count;
   }
   return std::max(sum_u_px2, sum_v_px2) <= kMaxMeanSquare_px2 * count;
