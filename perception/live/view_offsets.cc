@@ -9,7 +9,8 @@
 namespace cwm::perception {
 namespace {
 
-// measured: on tables of simulated things the steps are below a micrometre after six.
+// measured: on tables of simulated things, sizes and offsets change by less than 0.1 um in the last
+// step of nine in ten fits, and by 40 um at most.
 constexpr int kSteps = 10;
 // chosen: so many points of a view, evenly taken, determine its offset.
 constexpr std::size_t kMaxUsedPoints = 1000;
