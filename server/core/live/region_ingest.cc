@@ -113,9 +113,9 @@ std::vector<bool> MayRest(const RegionJob& job, const perception::SceneInterpret
   std::vector<bool> may_rest(scene.objects.size(), true);
   for (std::size_t i = 0; i < may_rest.size() && !job.request.has_rested_long; ++i) {
     const perception::DetectedObject& object = scene.objects[i];
-    if (object.supported_by < 0) continue;
     const auto support = static_cast<std::size_t>(object.supported_by);
-    may_rest[i] = perception::MayRest(object.points_L, scene.supports[support].X_WO, job.frame);
+    may_rest[i] = object.supported_by >= 0 &&
+                  perception::MayRest(object.points_L, scene.supports[support].X_WO, job.frame);
   }
   return may_rest;
 }

@@ -1,5 +1,5 @@
 // A simulated depth camera over a kitchen counter: what its world says, and that it says the same
-// again.
+// again. This file is longer than 500 lines: all of its tests run one kitchen.
 #include "server/core/live/live_world.h"
 
 #include <gmock/gmock.h>
@@ -434,6 +434,28 @@ TEST(LiveWorldTest, WhatIsTooSmallForAnObjectStaysAMoverWhileItIsThere) {
   EXPECT_EQ(run.revision(), revision) << "it rests";
   EXPECT_EQ(run.CountOf(ObjectKind::kObject), objects);
   for (int k = 75; k < 78; ++k) run.Process(k);
+  EXPECT_EQ(run.CountOf(ObjectKind::kMover), 0);
+}
+
+TEST(LiveWorldTest, WhatHangsInTheAirIsAMoverForTenSeconds) {
+  SequenceScript script = Kitchen(15);
+  const Aabb tea_W = BoundsInWorld(script.scene.objects[ObjectNamed(script, "tea")]);
+  script.scene.objects.push_back({.name = "fist", .parts = {{.shape = Sphere{0.05}}}});
+  const Vector3 place = tea_W.center() + Vector3(0, 0.15, 0.25);
+  script.events.push_back(
+      {.object = script.scene.objects.size() - 1,
+       .begin_s = 1.5,
+       .end_s = 1.5,
+       .what = perception::AppearEvent{MakeTranslation(place.x(), place.y(), place.z())}});
+  LiveRun run(script);
+  for (int k = 0; k < 24; ++k) run.Process(k);
+  for (int k = 24; k < 165; ++k) {
+    EXPECT_TRUE(run.Process(k).changes.added.empty()) << "frame " << k;
+    EXPECT_EQ(run.CountOf(ObjectKind::kMover), 1) << "frame " << k;
+  }
+  const int residuals = run.CountOf(ObjectKind::kResidual);
+  for (int k = 165; k < 220; ++k) run.Process(k);
+  EXPECT_EQ(run.CountOf(ObjectKind::kResidual), residuals + 1) << "that nothing bears";
   EXPECT_EQ(run.CountOf(ObjectKind::kMover), 0);
 }
 
