@@ -118,16 +118,20 @@ void ForPointsIn(const Aabb& box_W, const MeanView& view, const PixelRays& rays,
   }
 }
 
-// True if nearly all of the other one's surface lies in the solid of the body.
+// True if the other one takes up space of the body: nearly all of its surface lies in the body's
+// solid within noise, and most of it does without. What lies flat on the body does not.
 bool IsInside(const PlacedModel& own, const PlacedModel& other, double gate_m) {
   if (!Inflated(own.bounds_W, gate_m).intersects(other.bounds_W)) return false;
   const Pose X_OwnOther = own.X_BW * other.X_BW.inverse();
   const std::vector<SurfaceSample> samples = other.surface.Samples(kSurfaceSamples);
-  const auto inside = std::ranges::count_if(samples, [&](const SurfaceSample& sample) {
-    const auto nearest = own.surface.Nearest(X_OwnOther * sample.p_O);
-    return nearest && nearest->signed_distance_m <= gate_m;
-  });
-  return static_cast<double>(inside) >= kNearlyAll * static_cast<double>(samples.size());
+  const auto share_within = [&](double reach_m) {
+    const auto within = std::ranges::count_if(samples, [&](const SurfaceSample& sample) {
+      const auto nearest = own.surface.Nearest(X_OwnOther * sample.p_O);
+      return nearest && nearest->signed_distance_m <= reach_m;
+    });
+    return static_cast<double>(within) / static_cast<double>(samples.size());
+  };
+  return !samples.empty() && share_within(gate_m) >= kNearlyAll && share_within(0) >= kMajority;
 }
 
 // True if nearly all points of the other one lie on the surface of the body.

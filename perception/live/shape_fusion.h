@@ -22,9 +22,10 @@ struct FusionCloud {
 };
 
 // The bodies that are parts of a body, though they were published beside it: one view showed them as
-// things of their own. Nearly all of such a body's surface lies in the solid of the other one, and
-// nearly all of its points in the views lie on the surface of that, both within noise. Supports,
-// movers and what users own are no parts. `bodies` are all that the world holds.
+// things of their own. Nearly all of such a body's surface lies in the solid of the other one within
+// noise, and most of it without; and nearly all of its points in the views lie on the surface of that
+// one, within noise. Supports, movers and what users own are no parts. `bodies` are all that the
+// world holds.
 std::vector<BodyId> PartsOf(std::span<const MeanView> views, const KnownBody& body,
                             std::span<const KnownBody> bodies);
 

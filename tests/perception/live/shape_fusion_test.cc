@@ -92,6 +92,15 @@ TEST(PartsOfTest, ABodyBesideOrOnTopIsNone) {
   EXPECT_THAT(PartsOfTheCan(scene, {}), testing::IsEmpty());
 }
 
+// Its points are within the noise of the lid, but it takes up no space of the can.
+TEST(PartsOfTest, AFlatBodyOnTopIsNone) {
+  const SimulatedObject coaster = Standing("coaster", Cylinder{.radius_m = 0.03, .length_m = 0.004},
+                                           0.004, kFoot + Vector3(0, 0, kHeight_m));
+  SimulatedScene scene = TableWithCan();
+  scene.objects.push_back(coaster);
+  EXPECT_THAT(PartsOfTheCan(scene, {}), testing::IsEmpty());
+}
+
 // The published can is wrong if a thing inside it is seen.
 TEST(PartsOfTest, ABodyInsideThatIsSeenAwayFromTheSurfaceIsNone) {
   SimulatedScene seen = TableWithCan();
