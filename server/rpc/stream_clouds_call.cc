@@ -4,10 +4,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/core/error.h"
+#include "server/core/live/robot_states.h"
 #include "server/core/world_feed.h"
 #include "server/rpc/call.h"
 #include "server/rpc/messages.h"
 #include "server/rpc/status_conversion.h"
+#include "server/wire/times.h"
 
 namespace cwm::server {
 namespace {
@@ -24,6 +26,10 @@ constexpr std::int64_t kViewBytes = 1 << 20;
 // measured: a frame takes about so long on one core, which shares the queue among clients.
 constexpr double kFrame_s = 0.005;
 constexpr double kScan_s = 0.5;
+// chosen: a frame waits for so long for states of robots. States at 30 Hz then tell each stamp, with
+// those 20 ms for which they are extrapolated.
+constexpr std::chrono::milliseconds kMaxWaitForStates{20};
+constexpr std::chrono::milliseconds kStatesPoll{1};
 
 }  // namespace
 
@@ -164,6 +170,28 @@ void StreamCloudsCall::EnqueueTurn() {
   });
 }
 
+void StreamCloudsCall::ProcessNext(bool here) {
+  if (WaitsAsScan()) return EnqueueScan();
+  if (AwaitsStates()) return AwaitStates(Clock::now() + kMaxWaitForStates);
+  here ? ProcessWaiting() : Enqueue(&StreamCloudsCall::ProcessWaiting);
+}
+
+bool StreamCloudsCall::AwaitsStates() {
+  const std::lock_guard lock(mutex_);
+  if (IsOver() || !waiting_.has_value() || !waiting_->message.has_frame_stamp()) return false;
+  const auto stamp =
+      TimePointFromProto(waiting_->message.frame_stamp(), FieldPath::OfRequest("frame"));
+  return stamp.ok() && world_->robot_states().Awaits(*stamp);
+}
+
+// A newer frame that takes the place of the one that waits has the rest of its time.
+void StreamCloudsCall::AwaitStates(Clock::time_point until) {
+  runtime_.timer.After(kStatesPoll, [self = shared_from_this(), until] {
+    if (Clock::now() < until && self->AwaitsStates()) return self->AwaitStates(until);
+    self->Enqueue(&StreamCloudsCall::ProcessWaiting);
+  });
+}
+
 void StreamCloudsCall::Fail(const absl::Status& status) {
   const auto self = shared_from_this();
   const std::lock_guard lock(mutex_);
@@ -185,7 +213,7 @@ void StreamCloudsCall::TakeMessage() {
   Advance();  // the next message is read while this one is processed
   if (!begins) return;
   if (plan_->calibration.in_lockstep) return EnqueueTurn();
-  WaitsAsScan() ? EnqueueScan() : ProcessWaiting();
+  ProcessNext(/*here=*/true);
 }
 
 absl::Status StreamCloudsCall::Take() {
@@ -308,7 +336,7 @@ void StreamCloudsCall::FinishFrame(const absl::Status& ended,
   // Other sensors take their turns in between.
   if (!goes_on) return;
   if (plan_->calibration.in_lockstep) return EnqueueTurn();
-  WaitsAsScan() ? EnqueueScan() : Enqueue(&StreamCloudsCall::ProcessWaiting);
+  ProcessNext(/*here=*/false);
 }
 
 void StreamCloudsCall::RefuseUnread(const absl::Status& why) {

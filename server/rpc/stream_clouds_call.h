@@ -58,6 +58,11 @@ class StreamCloudsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, 
   void Enqueue(void (StreamCloudsCall::*work)());
   // Has the frame that waits processed when its turn comes, in lockstep with other sensors.
   void EnqueueTurn();
+  // Has the frame that waits processed, as a task or, `here`, at once; by then states of robots that
+  // are about to come for it have come, or it has waited for long enough.
+  void ProcessNext(bool here);
+  bool AwaitsStates();
+  void AwaitStates(Clock::time_point until);
   // True if the frame that waits has to tell its sensor's pose: then it is worked on as scans are.
   bool WaitsAsScan();
   void EnqueueScan();

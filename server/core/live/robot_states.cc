@@ -277,6 +277,16 @@ bool RobotStates::IsTold(const collision::WorldRobot& robot, Stamp stamp) const 
          });
 }
 
+bool RobotStates::Awaits(Stamp stamp) const {
+  const std::lock_guard lock(mutex_);
+  const auto awaits = [stamp](const Track& track) {
+    const nanoseconds late = stamp - track.states.back().stamp;
+    return late > nanoseconds::zero() && late <= kMaxGap;
+  };
+  return std::ranges::any_of(
+      robots_, [&](const auto& robot) { return std::ranges::any_of(robot.second.tracks, awaits); });
+}
+
 void RobotStates::Forget(const std::string& robot) {
   const std::lock_guard lock(mutex_);
   robots_.erase(robot);

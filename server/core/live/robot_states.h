@@ -88,6 +88,10 @@ class RobotStates {
   // True if states of the robot were told within kSilentTime before the stamp.
   bool IsTold(const collision::WorldRobot& robot, perception::Stamp stamp) const;
 
+  // True if states of a robot come, and none for this stamp or later has come yet: the next one is
+  // about to.
+  bool Awaits(perception::Stamp stamp) const;
+
   // The robot was removed or replaced.
   void Forget(const std::string& robot);
 

@@ -1,11 +1,15 @@
-// Streams of frames over a socket: answers, order, refusals, and what ends a stream.
+// Streams of frames over a socket: answers, order, refusals, and what ends a stream. This file is
+// longer than 500 lines: all of it is said to one stream of one camera.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <thread>
 
+#include "server/core/live/robot_states.h"
+#include "server/wire/times.h"
 #include "tests/server/rpc/depth_stream.h"
 
 namespace cwm::server {
@@ -14,6 +18,11 @@ namespace {
 using ::testing::HasSubstr;
 
 constexpr double kStart_s = 1'700'000'000;
+
+std::chrono::system_clock::time_point StampAt(double stamp_s) {
+  return std::chrono::system_clock::time_point(
+      std::chrono::microseconds(std::llround(1e6 * stamp_s)));
+}
 
 class StreamCloudsTest : public RunningServer {
  protected:
@@ -369,6 +378,63 @@ TEST_F(StreamCloudsTest, AMountNamesALinkOfARobotOfTheWorld) {
   v1::DeleteRobotResponse response;
   ASSERT_TRUE(robot_->DeleteRobot(&call, request, &response).ok());
   ExpectRefused(WallFrame(camera_, 1.5F, kStart_s + 1), "ROBOT_STATE_MISSING", "arm/hand");
+  EXPECT_TRUE(stream_.Finish().ok());
+}
+
+TEST_F(StreamCloudsTest, AFrameWaitsForTheStateOfItsRobot) {
+  v1::LoadRobotHeader header;
+  header.set_urdf(
+      "<robot name='arm'><link name='base'/><link name='hand'/>"
+      "<joint name='lift' type='prismatic'><parent link='base'/><child link='hand'/>"
+      "<axis xyz='0 0 1'/><limit lower='0' upper='1' velocity='1' effort='1'/></joint></robot>");
+  LoadRobot("arm", header);
+  Call call;
+  v1::StreamRobotStatesResponse response;
+  const auto telling = robot_->StreamRobotStates(&call, &response);
+  const auto tell = [&](double stamp_s, double lift_m) {
+    v1::StreamRobotStatesRequest request;
+    v1::RobotStateRows& states = *request.mutable_states();
+    *states.add_stamps() = TimePointToProto(StampAt(stamp_s));
+    states.mutable_rows()->set_scalar(v1::SCALAR_F64);
+    states.mutable_rows()->mutable_data()->assign(reinterpret_cast<const char*>(&lift_m),
+                                                  sizeof(lift_m));
+    return telling->Write(request);
+  };
+  v1::StreamRobotStatesRequest first;
+  first.mutable_header()->set_robot("arm");
+  ASSERT_TRUE(telling->Write(first));
+  v1::SensorCalibration camera = camera_;
+  camera.clear_x_world_sensor();
+  camera.mutable_mount()->set_robot("arm");
+  camera.mutable_mount()->set_link("hand");
+  ASSERT_TRUE(stream_.Send(camera));
+  const auto world = *application_.worlds.Find("");
+  // The state at the frame's stamp comes a little after the frame.
+  int waited = 0;
+  for (int k = 1; k <= 20; ++k) {
+    const double stamp_s = kStart_s + 0.1 * k;
+    ASSERT_TRUE(tell(stamp_s - 0.05, 0.25));
+    while (world->robot_states().Awaits(StampAt(stamp_s - 0.05))) std::this_thread::yield();
+    ASSERT_TRUE(stream_.Send(WallFrame(camera_, 1.5F, stamp_s)));
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    ASSERT_TRUE(tell(stamp_s + 0.01, 0.5));
+    const auto answer = stream_.Next();
+    ASSERT_TRUE(answer.has_value());
+    waited += answer->fate() == v1::FRAME_FATE_PROCESSED ? 1 : 0;
+    if (answer->fate() == v1::FRAME_FATE_PROCESSED) {
+      EXPECT_NEAR(answer->x_world_sensor().tz_m(), 0.25 + 0.25 * 5 / 6, 1e-6);
+    } else {
+      EXPECT_EQ(answer->reason(), "ROBOT_STATE_STALE") << answer->message();
+    }
+  }
+  EXPECT_GE(waited, 15) << "a busy machine may delay some states by more than 20 ms";
+  // Not for long: no state comes any more.
+  ASSERT_TRUE(stream_.Send(WallFrame(camera_, 1.5F, kStart_s + 2.1)));
+  const auto answer = stream_.Next();
+  ASSERT_TRUE(answer.has_value());
+  EXPECT_EQ(answer->reason(), "ROBOT_STATE_STALE") << answer->message();
+  telling->WritesDone();
+  EXPECT_TRUE(telling->Finish().ok());
   EXPECT_TRUE(stream_.Finish().ok());
 }
 
