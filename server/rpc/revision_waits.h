@@ -52,7 +52,7 @@ class RevisionWaits {
     RevisionWait wait;
     WorkQueue& queue;
     Then then;
-    std::shared_ptr<QuotaShare> quota_share;         // until its work begins
+    std::shared_ptr<QuotaShare> quota_share;        // until its work begins
     std::shared_ptr<const void> subscription = {};  // to the world
   };
   // Shared with the worlds that wake: one of them may do so when the waits are gone.
