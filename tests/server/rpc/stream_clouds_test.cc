@@ -24,6 +24,16 @@ std::chrono::system_clock::time_point StampAt(double stamp_s) {
       std::chrono::microseconds(std::llround(1e6 * stamp_s)));
 }
 
+// A hand that goes up and down.
+v1::LoadRobotHeader Lift() {
+  v1::LoadRobotHeader header;
+  header.set_urdf(
+      "<robot name='arm'><link name='base'/><link name='hand'/>"
+      "<joint name='lift' type='prismatic'><parent link='base'/><child link='hand'/>"
+      "<axis xyz='0 0 1'/><limit lower='0' upper='1' velocity='1' effort='1'/></joint></robot>");
+  return header;
+}
+
 class StreamCloudsTest : public RunningServer {
  protected:
   // The status of a stream that sends this calibration.
@@ -345,12 +355,7 @@ TEST_F(StreamCloudsTest, AMountNamesALinkOfARobotOfTheWorld) {
   grpc::Status status = StatusOf(camera);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
   EXPECT_EQ(ReasonIn(status), "ROBOT_UNKNOWN");
-  v1::LoadRobotHeader header;
-  header.set_urdf(
-      "<robot name='arm'><link name='base'/><link name='hand'/>"
-      "<joint name='lift' type='prismatic'><parent link='base'/><child link='hand'/>"
-      "<axis xyz='0 0 1'/><limit lower='0' upper='1' velocity='1' effort='1'/></joint></robot>");
-  LoadRobot("arm", header);
+  LoadRobot("arm", Lift());
   status = StatusOf(camera);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_EQ(ReasonIn(status), "LINK_UNKNOWN");
@@ -382,12 +387,7 @@ TEST_F(StreamCloudsTest, AMountNamesALinkOfARobotOfTheWorld) {
 }
 
 TEST_F(StreamCloudsTest, AFrameWaitsForTheStateOfItsRobot) {
-  v1::LoadRobotHeader header;
-  header.set_urdf(
-      "<robot name='arm'><link name='base'/><link name='hand'/>"
-      "<joint name='lift' type='prismatic'><parent link='base'/><child link='hand'/>"
-      "<axis xyz='0 0 1'/><limit lower='0' upper='1' velocity='1' effort='1'/></joint></robot>");
-  LoadRobot("arm", header);
+  LoadRobot("arm", Lift());
   Call call;
   v1::StreamRobotStatesResponse response;
   const auto telling = robot_->StreamRobotStates(&call, &response);
