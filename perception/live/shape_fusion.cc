@@ -119,7 +119,8 @@ void ForPointsIn(const Aabb& box_W, const MeanView& view, const PixelRays& rays,
 }
 
 // True if the other one takes up space of the body: nearly all of its surface lies in the body's
-// solid within noise, and most of it does without. What lies flat on the body does not.
+// solid or within noise of it, and most of it in the solid itself. A thing that lies flat on the
+// body fails the second condition.
 bool IsInside(const PlacedModel& own, const PlacedModel& other, double gate_m) {
   if (!Inflated(own.bounds_W, gate_m).intersects(other.bounds_W)) return false;
   const Pose X_OwnOther = own.X_BW * other.X_BW.inverse();

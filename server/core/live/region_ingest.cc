@@ -120,7 +120,7 @@ std::vector<bool> MayRest(const RegionJob& job, const perception::SceneInterpret
   return may_rest;
 }
 
-// What something holds is a hand or in one: it is no new thing, and no known one has become it.
+// A thing that something holds is a hand or in one: it is not new, and no known thing became it.
 void KeepHeld(SceneMatch& match, const Scope& scope, const std::vector<bool>& may_rest) {
   for (Association& association : match.associations) {
     const bool is_held =

@@ -103,7 +103,7 @@ class RobotStates {
   // The newest states that were not taken yet, as changes of the world. Call only under the
   // writer's turn (World::MakeChanges): a later write then never has an older state.
   std::vector<collision::SetRobotState> TakeAll();
-  // Of the robots that the world has.
+  // Leaves out states of robots that the world does not have.
   static std::vector<collision::Change> ChangesOf(std::span<const collision::SetRobotState> states,
                                                   const collision::WorldSnapshot& world);
   // When a write without a frame may claim the states; empty if all were taken.

@@ -101,4 +101,15 @@ perception::SequenceScript PushedThing(double begin_s, const TableOptions& table
   return script;
 }
 
+void ScaleDown(int by, perception::SequenceScript& script) {
+  for (perception::SequenceSensor& sensor : script.sensors) {
+    sensor.camera.width /= by;
+    sensor.camera.height /= by;
+    sensor.camera.focal_px /= by;
+    sensor.camera.center_x_px /= by;
+    sensor.camera.center_y_px /= by;
+    sensor.noise.image_width_px = sensor.camera.width;
+  }
+}
+
 }  // namespace cwm::benchmarks

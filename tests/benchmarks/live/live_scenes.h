@@ -29,4 +29,7 @@ perception::SequenceScript TableScript(const TableOptions& options);
 // cm/s, again and again from `begin_s` on.
 perception::SequenceScript PushedThing(double begin_s, const TableOptions& table);
 
+// Divides the images of all sensors by this in width and height; they show the same.
+void ScaleDown(int by, perception::SequenceScript& script);
+
 }  // namespace cwm::benchmarks

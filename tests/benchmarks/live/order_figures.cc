@@ -33,14 +33,7 @@ struct Sent {
 perception::SequenceScript PushedBeforeTwo() {
   perception::SequenceScript script = PushedThing(
       kBegin_s, {.thing_count = kThings, .duration_s = kDuration_s, .sensor_count = kSensors});
-  for (perception::SequenceSensor& sensor : script.sensors) {
-    sensor.camera.width /= kScale;
-    sensor.camera.height /= kScale;
-    sensor.camera.focal_px /= kScale;
-    sensor.camera.center_x_px /= kScale;
-    sensor.camera.center_y_px /= kScale;
-    sensor.noise.image_width_px = sensor.camera.width;
-  }
+  ScaleDown(kScale, script);
   return script;
 }
 

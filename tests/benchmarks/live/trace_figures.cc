@@ -36,14 +36,7 @@ constexpr auto kPatience = std::chrono::minutes(2);
 perception::SequenceScript PushesBeforeThree() {
   perception::SequenceScript script = PushedThing(
       kPush_s, {.thing_count = kThings, .duration_s = kDuration_s, .sensor_count = kSensors});
-  for (perception::SequenceSensor& sensor : script.sensors) {
-    sensor.camera.width /= kScale;
-    sensor.camera.height /= kScale;
-    sensor.camera.focal_px /= kScale;
-    sensor.camera.center_x_px /= kScale;
-    sensor.camera.center_y_px /= kScale;
-    sensor.noise.image_width_px = sensor.camera.width;
-  }
+  ScaleDown(kScale, script);
   const std::size_t pushed = kFirstThing + 4;
   const perception::HandReach reach{.from_W = perception::ReachFrom(script, pushed, kPush_s)};
   perception::PushByHand(pushed, {.begin_s = kPush_s, .end_s = kPush_s + 1},

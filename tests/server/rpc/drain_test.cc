@@ -56,7 +56,7 @@ TEST_F(DrainTest, IdleConnectionsDoNotHoldItUp) {
 }
 
 // A client's thread may rest for as long between the start of a call and its first byte.
-constexpr milliseconds kLeastHeadStart{30};
+constexpr milliseconds kMinHeadStart{30};
 
 // Results of the calls that clients made while the server stopped.
 struct Outcomes {
@@ -87,7 +87,7 @@ void CallUntilClosed(const std::shared_ptr<grpc::Channel>& channel, bool asks_mu
       ADD_FAILURE() << status.error_code() << ": " << status.error_message();
       goes_on = false;
     } else if (status.error_details().empty()) {
-      ++(begun + kLeastHeadStart < stop.load() ? outcomes.closed_though_early : outcomes.closed);
+      ++(begun + kMinHeadStart < stop.load() ? outcomes.closed_though_early : outcomes.closed);
       goes_on = false;
     } else {
       ExpectDraining(status);

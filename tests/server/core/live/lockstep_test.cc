@@ -49,7 +49,7 @@ TEST_F(LockstepTest, ATurnLastsUntilNothingRunsBeside) {
   End("a");
   first.reset();
   EXPECT_THAT(events_, ElementsAre("a begins"));
-  // What runs may begin something else before it is done.
+  // A task may begin another one before it is done.
   Lockstep::Token second = lockstep_.RunBeside();
   copy.reset();
   EXPECT_THAT(events_, ElementsAre("a begins"));
