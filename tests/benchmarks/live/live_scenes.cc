@@ -70,7 +70,8 @@ perception::SequenceScript TableScript(const TableOptions& options) {
       "table", {.area_W = {Vector2(-0.2, -1.2), Vector2(1.8, 1.2)}, .top_m = kTableTop_m})};
   RandomDraws draws(options.seed, 39);
   for (int i = 0; i < std::min(options.thing_count, kRows * kColumns); ++i) {
-    const double row = i / kColumns - 0.5 * (kRows - 1), column = i % kColumns - 2;
+    const int row_index = i / kColumns;
+    const double row = row_index - 0.5 * (kRows - 1), column = i % kColumns - 2;
     const Vector3 offset(row * kRowStep_m + draws.Uniform(-kJitter_m, kJitter_m),
                          column * kColumnStep_m + draws.Uniform(-kJitter_m, kJitter_m), 0);
     const Quaternion yaw(
